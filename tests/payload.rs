@@ -2,7 +2,7 @@
 
 use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::analysis::run::analyse;
-use tipwatch_analyze::base::options::Options;
+use tipwatch_analyze::base::options::{Estimator, Options};
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::state::Reason;
@@ -71,6 +71,15 @@ com = [0.405, -0.4313, -0.0134]
 
 /// The log with the numbers of a loader's scale, where it has one at that time (s).
 fn weighed(mass: impl Fn(f64) -> Option<f64>) -> anyhow::Result<Analysis> {
+    weighed_in("", Options::default(), mass)
+}
+
+/// The same, attached in this window.
+fn weighed_in(
+    window: &str,
+    options: Options,
+    mass: impl Fn(f64) -> Option<f64>,
+) -> anyhow::Result<Analysis> {
     let folder = tempfile::tempdir()?;
     let path = folder.path().join("lift_payload.mcap");
     let times = Truth::of(&data("lift_payload.mcap"), &WHEELS).rows(100);
@@ -84,9 +93,9 @@ fn weighed(mass: impl Fn(f64) -> Option<f64>) -> anyhow::Result<Analysis> {
         &path,
         &scale.collect::<Vec<_>>(),
     );
-    let text = std::fs::read_to_string(data("lift_payload.toml"))? + SCALE;
+    let text = std::fs::read_to_string(data("lift_payload.toml"))? + SCALE + window;
     let file = MachineFile::from_text(&data("lift_payload.toml"), &text)?;
-    analyse(&path, &file, Options::default(), &mut |_| {})
+    analyse(&path, &file, options, &mut |_| {})
 }
 
 #[test]
@@ -119,6 +128,41 @@ fn a_scale_tells_the_payload() {
         }
     }
     assert!(compared > 1000, "{compared}");
+}
+
+/// Its window counts from the first row of the log, whichever part of it is asked for.
+#[test]
+fn a_part_of_a_log_has_the_payload_that_the_log_has_there() {
+    let of = |from_s: Option<f64>, estimator: Estimator| {
+        let options = Options {
+            from_s,
+            estimator,
+            ..Options::default()
+        };
+        weighed_in("from = 3.0\nto = 5.0\n", options, |_| Some(TRUE_MASS_KG)).unwrap()
+    };
+    for estimator in [Estimator::Smoother, Estimator::Causal] {
+        let (whole, part) = (of(None, estimator), of(Some(2.0), estimator));
+        let masses = |analysis: &Analysis| {
+            let notes = analysis.notes.iter();
+            let notes = notes.filter(|note| note.starts_with("Mass of payload"));
+            notes.cloned().collect::<Vec<_>>()
+        };
+        if estimator == Estimator::Causal {
+            assert_eq!(masses(&whole), masses(&part));
+        }
+        let skipped = whole.rows.len() - part.rows.len();
+        for row in 0..part.rows.len() {
+            let [a, b] = [(&whole, row + skipped), (&part, row)].map(|(analysis, row)| {
+                analysis
+                    .rows
+                    .whole()
+                    .value(Quantity::Load(0), row)
+                    .to_bits()
+            });
+            assert_eq!(a, b, "{row}");
+        }
+    }
 }
 
 #[test]

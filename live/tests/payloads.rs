@@ -163,6 +163,25 @@ fn a_scale_that_falls_silent_or_shows_an_error_value_leaves_the_loads_unknown() 
     }
 }
 
+/// A payload that is attached and weighs nothing is as uncertain as any other, and so are the loads.
+#[test]
+fn an_empty_scale_has_the_error_of_a_scale() {
+    let folder = tempfile::tempdir().unwrap();
+    let machine = with_payload(folder.path(), "", SCALE);
+    let sigma = |mass: f64| {
+        let rows = rows(&machine, |_, mut wire| {
+            wire.values[0] = mass;
+            Some(wire)
+        });
+        let (_, verdict) = rows.last().unwrap();
+        assert!((verdict.payload_mass_kg - mass).abs() < 1e-3);
+        assert_eq!(verdict.payload_mass_sigma_kg, 4.0, "{mass}");
+        verdict.utilisation
+    };
+    let (empty, nearly) = (sigma(0.0), sigma(1e-4));
+    assert!((empty - nearly).abs() < 1e-5 * nearly, "{empty} {nearly}");
+}
+
 #[test]
 fn a_lift_cylinder_weighs_the_payload_within_its_band() {
     let folder = tempfile::tempdir().unwrap();

@@ -51,6 +51,54 @@ fn names_missing_from_the_urdf_are_rejected() {
     );
 }
 
+const WEIGHED: &str = "[[payload]]\nlink = \"tool\"\nmass = \"estimate\"\n";
+
+/// The rigid machine with a force on its lift linkage, this accuracy of it, and payloads.
+fn weighing(accuracy: &str, payloads: &str) -> Result<Machine, MachineError> {
+    support::edited("rigid", |text| {
+        let force =
+            format!("name = \"lift\"\nforce = {{ topic = \"/f\", field = \"f\" }}\n{accuracy}\n");
+        text.replacen("name = \"lift\"\n", &force, 1) + payloads
+    })
+}
+
+#[test]
+fn one_force_weighs_one_payload_at_a_time() {
+    let two =
+        |first: &str, second: &str| weighing("", &format!("{WEIGHED}{first}\n{WEIGHED}{second}\n"));
+    assert_says(
+        &refusal(two("", "")),
+        &[
+            "payload 2: mass",
+            "linkage lift",
+            "as payload 1",
+            "machine.toml",
+        ],
+    );
+    refusal(two("to = 10.0", "from = 9.0"));
+    two("to = 10.0", "from = 10.0").unwrap();
+}
+
+#[test]
+fn a_force_that_weighs_a_payload_has_an_error_and_friction() {
+    weighing("", WEIGHED).unwrap();
+    for (accuracy, key) in [
+        ("friction_share = 0.0", "linkage.lift.friction_share"),
+        ("friction_share = -0.1", "linkage.lift.friction_share"),
+        ("force_sigma = 0.0", "linkage.lift.force_sigma"),
+        ("force_sigma = -500.0", "linkage.lift.force_sigma"),
+    ] {
+        assert_says(
+            &refusal(weighing(accuracy, WEIGHED)),
+            &[key, "positive", "weighs a payload"],
+        );
+        // one that only is compared may be exact
+        if accuracy.ends_with("0.0") && !accuracy.contains("-500") {
+            weighing(accuracy, "").unwrap();
+        }
+    }
+}
+
 #[test]
 fn impossible_inertial_parameters_are_rejected() {
     assert_says(

@@ -55,9 +55,9 @@ pub(crate) fn follow_signals(
         };
         let place = format!("{}: mass.signal", place(file, payload));
         let series = series_in(log, file, loaded, &mass.signal).with_context(|| place)?;
-        let [from_s, to_s] = spec.window_s;
+        let is_in = |row: usize| rows.is_in(spec.window_s, row);
         let logged: Vec<f64> = (0..rows.len())
-            .map(|row| match (from_s..to_s).contains(&rows.seconds(row)) {
+            .map(|row| match is_in(row) {
                 true => held(&series, rows.times_ns[row], mass),
                 false => 0.0,
             })
@@ -68,8 +68,11 @@ pub(crate) fn follow_signals(
             &logged,
             &machine.possible_payload(),
         ));
-        let known = |mass: f64| machine.plausible_payload(mass);
-        let masses: Vec<f64> = logged.into_iter().map(known).collect();
+        let known = |(row, mass): (usize, f64)| match is_in(row) {
+            true => machine.plausible_payload(mass),
+            false => mass,
+        };
+        let masses: Vec<f64> = logged.into_iter().enumerate().map(known).collect();
         for (reasons, mass) in rows.reasons.iter_mut().zip(&masses) {
             if mass.is_nan() {
                 reasons.add(Reason::ToolWrenchGap);
@@ -120,10 +123,9 @@ fn known_by_row(
             signal.field.topic
         );
     }
-    let [from_s, to_s] = spec.window_s;
     let mut state = State::zero(machine);
     let (mut least, mut largest, mut unknown) = (f64::INFINITY, f64::NEG_INFINITY, 0);
-    for row in (0..rows.len()).filter(|&row| (from_s..to_s).contains(&rows.seconds(row))) {
+    for row in (0..rows.len()).filter(|&row| rows.is_in(spec.window_s, row)) {
         rows.state(row, &mut state);
         let mass = state.payload_share[payload];
         unknown += usize::from(mass.is_nan());

@@ -27,6 +27,8 @@ pub struct EstimatedRows {
     pub(super) states: Arc<dyn StateSource>,
     /// The first row among those of `states`.
     pub(crate) first: usize,
+    /// Time of the first row of the log (ns), in the requested time range or not.
+    pub(crate) begins_ns: i64,
 }
 
 /// What the machine does in a row.
@@ -78,6 +80,7 @@ impl EstimatedRows {
             reasons,
             activities,
             kept: kept.into_iter().flatten().collect(),
+            begins_ns: times_ns.first().copied().unwrap_or(0),
             times_ns,
             states,
             first: 0,
@@ -106,6 +109,12 @@ impl EstimatedRows {
     #[must_use]
     pub fn seconds(&self, row: usize) -> f64 {
         self.seconds_at(self.times_ns[row])
+    }
+
+    /// Whether a row is in a window of the machine file (s), which counts from the first row of the log.
+    pub(crate) fn is_in(&self, [from_s, to_s]: [f64; 2], row: usize) -> bool {
+        let seconds = (self.times_ns[row] - self.begins_ns) as f64 * 1e-9;
+        (from_s..to_s).contains(&seconds)
     }
 
     /// A time (ns) on the clock of the stamps, in seconds after the first row.

@@ -173,7 +173,11 @@ impl WireVerdict {
         let known = by_row.map(|(index, _)| {
             let mass = state.payload_share[index];
             let sigma = state.sigma(machine, Parameter::PayloadMass(index));
-            [mass, if mass == 0.0 { 0.0 } else { sigma + mass * 0.0 }]
+            match mass {
+                0.0 => [0.0; 2],
+                Machine::EMPTY_PAYLOAD => [0.0, sigma],
+                _ => [mass, sigma + mass * 0.0],
+            }
         });
         let sum = known.reduce(|a, b| [a[0] + b[0], a[1].hypot(b[1])]);
         [self.payload_mass_kg, self.payload_mass_sigma_kg] = sum.unwrap_or([f64::NAN; 2]);

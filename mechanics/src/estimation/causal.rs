@@ -384,12 +384,13 @@ impl CausalEstimator {
                     let mut signals = machine.payload_signals().iter();
                     let place = signals.position(|it| it.quantity == PayloadQuantity::Mass(index));
                     let last = place.and_then(|place| self.payload_signals.get(place));
-                    last.map_or(f64::NAN, |it| it.near(time_ns, signal.max_age_ns()))
+                    let mass = last.map(|it| it.near(time_ns, signal.max_age_ns()));
+                    mass.map_or(f64::NAN, |mass| machine.plausible_payload(mass))
                 }
             };
             let share = &mut estimate.state.payload_share[index];
             // what is unknown stays unknown
-            *share = *share * 0.0 + machine.plausible_payload(mass);
+            *share = *share * 0.0 + mass;
             if share.is_nan() && payload.signal.is_some() {
                 estimate.reasons.add(Reason::ToolWrenchGap);
             }

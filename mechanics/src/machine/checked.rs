@@ -279,10 +279,15 @@ impl Machine {
         -EMPTY_SHARE * self.mass()..=MOST_MASSES * self.mass()
     }
 
-    /// A mass of a payload (kg), NaN if none can have it.
+    /// What a payload that is attached and weighs nothing has for its mass in a state (kg): an exact zero is that of one that is not
+    /// attached, whose mass has no error.
+    pub const EMPTY_PAYLOAD: f64 = 1e-9;
+
+    /// A mass of an attached payload (kg), NaN if none can have it.
     #[must_use]
     pub fn plausible_payload(&self, mass: f64) -> f64 {
         match self.possible_payload().contains(&mass) {
+            true if mass == 0.0 => Self::EMPTY_PAYLOAD,
             true => mass,
             false => f64::NAN,
         }

@@ -22,11 +22,13 @@ pub(super) struct EdgeAxis {
     pub(super) lean: f64,
 }
 
-/// The edges, and the length over which the ground under the machine becomes another (m).
+/// The edges, the length over which the ground under the machine becomes another (m), and the largest distance of the base's origin
+/// from an edge (m).
 #[derive(Debug, Clone)]
 pub(super) struct Edges {
     pub(super) all: Vec<EdgeAxis>,
     pub(super) length: f64,
+    pub(super) arm: f64,
 }
 
 impl Edges {
@@ -41,8 +43,10 @@ impl Edges {
             let wheel = &wheels[wheel];
             wheel.centre_at_zero - Vector3::z() * wheel.radius
         };
+        let mut arm = 0.0_f64;
         let edges = polygon.edges().iter().filter_map(|edge| {
             let axis = (contact(edge.to) - contact(edge.from)).try_normalize(1e-9)?;
+            arm = arm.max(contact(edge.from).cross(&axis).norm());
             let across = Vector2::new(-axis.y, axis.x).try_normalize(1e-9)?;
             let lean = largest_lean(machine, wheels, &across).max(LEAST_LEAN);
             Some(EdgeAxis {
@@ -62,6 +66,7 @@ impl Edges {
         Self {
             all: edges.collect(),
             length: (last - first).max(0.5),
+            arm,
         }
     }
 }

@@ -5,9 +5,10 @@
 //! ```text
 //!     angle + AHEAD_S rate > 2 lean + ground,    rate >= UNDIMINISHED (largest rate since it turns outwards)
 //! ```
-//! with the angle since it turns outwards.
+//! with the angle since it turns outwards, by its suspension left out. One that comes back from a rotation the other way counts from where
+//! its tyres carry again.
 
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
 
 use super::edges::Edges;
 use super::spell::RotationSpell;
@@ -32,6 +33,8 @@ const GROWN_S: f64 = 5.0 * SMOOTHED_S;
 const ROLLED_M: f64 = 0.1;
 /// Longer than this between two samples, what happened is not known (ns).
 const GAP_NS: i64 = 200_000_000;
+/// Time over which the angular velocity by the suspension is averaged (s): its joints are sampled, and their noise counts.
+const SUSPENSION_S: f64 = 0.1;
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 /// What a source shows of the platform at a time, all in base axes.
@@ -52,6 +55,8 @@ pub struct OutwardTurn {
     pub edge: usize,
     /// Since when it turns outwards (ns).
     pub since_ns: i64,
+    /// For how long (s).
+    pub lasts_s: f64,
     /// How far it has turned since then (rad).
     pub angle: f64,
     /// How fast it turns (rad/s).
@@ -83,10 +88,16 @@ impl OutwardTurn {
         self.ahead() > TRAVELS * self.lean + self.by_ground
     }
 
-    /// Whether neither of them explains how far it has turned already.
+    /// Whether neither of them explains how far it has turned already, or how far it will have turned soon: one that rocks on its tyres
+    /// turns back sooner.
     #[must_use]
     pub fn has_left_ground(&self) -> bool {
-        self.angle > TRAVELS * self.lean + self.by_ground
+        let lasting = if self.lasts_s >= AHEAD_S {
+            self.ahead()
+        } else {
+            self.angle
+        };
+        lasting > TRAVELS * self.lean + self.by_ground
     }
 }
 
@@ -95,6 +106,8 @@ impl OutwardTurn {
 pub(super) struct Outward {
     runs: Vec<Run>,
     last_ns: Option<i64>,
+    /// Angular velocity by the suspension, about x and y (rad/s).
+    by_suspension: Vector2<f64>,
 }
 
 #[derive(Debug, Clone, Copy, Default)]
@@ -112,6 +125,8 @@ struct Since {
     /// Distance since the first sample, [`AHEAD_S`] before (m).
     travelled: f64,
     attitude: Option<Vector3<f64>>,
+    /// How far the ground under a standing machine had turned it (rad).
+    settled: f64,
 }
 
 impl Outward {
@@ -119,11 +134,21 @@ impl Outward {
         Self {
             runs: vec![Run::default(); edges.all.len()],
             last_ns: None,
+            by_suspension: Vector2::zeros(),
         }
     }
 
+    /// The suspension turned the platform by so much (rad) in this time (s).
+    pub(super) fn lean(&mut self, by: &Vector2<f64>, seconds: f64) {
+        if seconds <= 0.0 {
+            return;
+        }
+        let share = 1.0 - (-seconds / SUSPENSION_S).exp();
+        self.by_suspension += (by / seconds - self.by_suspension) * share;
+    }
+
     /// Takes what the source shows; `attitude` is what the attitude shows at the same time, `travelled` the distance [`AHEAD_S`]
-    /// before.
+    /// before, `settled` how far the ground under a standing machine has turned it.
     pub(super) fn take(
         &mut self,
         edges: &Edges,
@@ -131,12 +156,14 @@ impl Outward {
         shown: &ShownUp,
         attitude: Option<&ShownUp>,
         travelled: f64,
+        settled: f64,
     ) {
+        let by_suspension = Vector3::new(self.by_suspension.x, self.by_suspension.y, 0.0);
         let last_ns = self.last_ns.replace(now_ns);
         let step_ns = last_ns.map_or(i64::MAX, |last_ns| now_ns.saturating_sub(last_ns));
         let step_s = step_ns as f64 * 1e-9;
         for (run, edge) in self.runs.iter_mut().zip(&edges.all) {
-            let rate = edge.axis.dot(&shown.rate);
+            let rate = edge.axis.dot(&(shown.rate - by_suspension));
             if step_ns > GAP_NS {
                 *run = Run::at(rate);
                 continue;
@@ -146,10 +173,18 @@ impl Outward {
                 *run = Run::at(run.rate);
                 continue;
             }
+            let is_back = || {
+                let (from, to) = (&shown.reference_up, &shown.up);
+                RotationSpell::rotation_between(&edge.axis, from, to) > -edge.lean
+            };
+            if run.since.is_none() && !is_back() {
+                continue;
+            }
             run.since.get_or_insert(Since {
                 at_ns: now_ns,
                 travelled,
                 attitude: attitude.map(|shown| shown.up),
+                settled,
             });
             run.angle += run.rate * step_s;
             run.fastest = run.fastest.max(run.rate);
@@ -157,14 +192,14 @@ impl Outward {
     }
 
     /// The rotations that go on and are no drift of the source. `by_ground` is how far the ground can have turned the platform about
-    /// an edge on a distance (m); `travelled` is that since the first sample.
+    /// an edge on a distance (m) since it had settled so far (rad); `travelled` is that since the first sample.
     pub(super) fn turns<'o>(
         &'o self,
         edges: &'o Edges,
         attitude: Option<ShownUp>,
         is_gyro: bool,
         travelled: f64,
-        by_ground: impl Fn(f64, &Vector3<f64>) -> f64 + 'o,
+        by_ground: impl Fn(f64, f64, &Vector3<f64>) -> f64 + 'o,
     ) -> impl Iterator<Item = OutwardTurn> + 'o {
         let now_ns = self.last_ns.unwrap_or_default();
         let of_edges = self.runs.iter().zip(&edges.all).enumerate();
@@ -182,10 +217,11 @@ impl Outward {
             Some(OutwardTurn {
                 edge: index,
                 since_ns: since.at_ns,
+                lasts_s: now_ns.saturating_sub(since.at_ns) as f64 * 1e-9,
                 angle: run.angle,
                 rate: run.rate,
                 lean: edge.lean,
-                by_ground: by_ground(travelled, &edge.axis),
+                by_ground: by_ground(travelled, since.settled, &edge.axis),
                 stands,
             })
         })

@@ -221,10 +221,21 @@ impl Reference {
         Some(up.cross(direction).norm().atan2(up.dot(direction)))
     }
 
-    /// How far ramps, slopes and soft ground turn a machine about an edge on a distance (rad).
-    pub(super) fn by_ground(&self, travelled: f64, axis: &Vector3<f64>, length: f64) -> f64 {
+    /// How far ramps and slopes on a distance, and soft ground since it had settled so far, turn a machine about an edge (rad).
+    pub(super) fn by_ground(
+        &self,
+        travelled: f64,
+        settled: f64,
+        axis: &Vector3<f64>,
+        length: f64,
+    ) -> f64 {
         let slope = GROUND_SIGMAS * ground_variance(travelled, length).sqrt();
-        by_ramp(travelled, length) * axis.y.abs() + slope + self.settled
+        by_ramp(travelled, length) * axis.y.abs() + slope + (self.settled - settled).max(0.0)
+    }
+
+    /// How far soft ground can have turned the machine while it stood (rad).
+    pub(super) fn settled(&self) -> f64 {
+        self.settled
     }
 
     fn largest(&self, up: &Vector3<f64>, step: &Step, edges: &Edges) -> Claim {

@@ -18,6 +18,8 @@ const CERTAIN: f64 = 3.3;
 /// For so many samples, and for so long (ns).
 const SAMPLES: u32 = 3;
 const LASTING_NS: i64 = 30_000_000;
+/// What turned outwards unexplained falls for so long (ns): a fall that rolls its wheels, or hits something, is certain later.
+const STANDS_NS: i64 = 1_000_000_000;
 /// Slower than this soft ground may give way (rad/s).
 const FALLS: f64 = 2.5 * DEGREE;
 /// Share of a rotation that the other source must show to agree.
@@ -63,6 +65,8 @@ pub struct PlatformRotation {
     outward: [Outward; 2],
     /// For how many samples neither tyres nor ground have explained that.
     unexplained: u32,
+    /// When they last did not, for several samples (ns).
+    unexplained_ns: Option<i64>,
     max_gap_ns: i64,
     last_ns: Option<i64>,
     last_speed: f64,
@@ -74,7 +78,7 @@ pub struct PlatformRotation {
     /// An angle (rad), and since when the platform has kept it (ns).
     kept: (f64, i64),
     driven: f64,
-    /// Distance since the first sample (m).
+    /// Distance since the first sample, without what the rotation of the platform explains (m).
     travelled: f64,
 }
 
@@ -106,6 +110,7 @@ impl PlatformRotation {
         Self {
             outward: [Outward::new(&edges), Outward::new(&edges)],
             unexplained: 0,
+            unexplained_ns: None,
             edges,
             speed: Speed::new(machine, sensors),
             suspension: SuspensionPlane::new(machine, sensors),
@@ -165,8 +170,8 @@ impl PlatformRotation {
             } else {
                 &self.by_attitude
             };
-            let by_ground = |travelled: f64, axis: &Vector3<f64>| {
-                (source.reference).by_ground(travelled, axis, self.edges.length)
+            let by_ground = |travelled: f64, settled: f64, axis: &Vector3<f64>| {
+                (source.reference).by_ground(travelled, settled, axis, self.edges.length)
             };
             (self.outward[which]).turns(
                 &self.edges,
@@ -178,11 +183,13 @@ impl PlatformRotation {
         })
     }
 
-    /// Whether the platform rotates about an edge for certain, or, while a machine without a suspension that is measured stands,
-    /// turns outwards as neither tyres nor ground explain: it falls.
+    /// Whether the platform rotates about an edge for certain, or, while the machine stands, turns outwards as neither tyres nor ground nor
+    /// suspension explain, or did shortly before: it falls.
     #[must_use]
     pub fn falls(&self) -> bool {
-        self.spell.is_some() || self.unexplained >= SAMPLES
+        let since_ns = self.unexplained_ns.zip(self.last_ns);
+        self.spell.is_some()
+            || since_ns.is_some_and(|(at_ns, now_ns)| now_ns.saturating_sub(at_ns) < STANDS_NS)
     }
 
     /// What gyro and attitude show, as far as they were measured at this stamp.
@@ -206,9 +213,12 @@ impl PlatformRotation {
             Sensor::Joints(_) => {
                 self.speed.take(sample);
                 let leant = self.suspension.as_mut().and_then(|it| it.take(sample));
-                if let Some(leant) = leant {
+                if let Some((leant, seconds)) = leant {
                     self.by_gyro.reference.lean(&leant);
                     self.by_attitude.reference.lean(&leant);
+                    for outward in &mut self.outward {
+                        outward.lean(&leant, seconds);
+                    }
                 }
             }
             Sensor::Odometry => {
@@ -290,22 +300,30 @@ impl PlatformRotation {
             return;
         }
         let dt = by_gyro.map_or_else(|| by_attitude.map_or(0.0, |it| it.dt), |it| it.dt);
-        self.travelled += assumed * dt;
         let shown = self.shown_at(now_ns);
-        let before = self.travelled - assumed * AHEAD_S;
-        for (outward, of_source) in self.outward.iter_mut().zip(&shown) {
+        // a platform that rotates about an edge moves without travelling
+        let rate = (shown.iter().flatten().next()).map_or(0.0, |of| of.rate.xy().norm());
+        let travels = (assumed - rate * self.edges.arm).max(0.0);
+        self.travelled += travels * dt;
+        let before = self.travelled - travels * AHEAD_S;
+        let settled = [&self.by_gyro, &self.by_attitude].map(|it| it.reference.settled());
+        let of_sources = shown.iter().zip(settled);
+        for (outward, (of_source, settled)) in self.outward.iter_mut().zip(of_sources) {
             if let Some(of_source) = of_source {
-                outward.take(&self.edges, now_ns, of_source, shown[1].as_ref(), before);
+                let attitude = shown[1].as_ref();
+                outward.take(&self.edges, now_ns, of_source, attitude, before, settled);
             }
         }
-        // ramps to its side may turn a machine that drives farther, and its suspension any
-        let is_unexplained = self.suspension.is_none()
-            && (self.turns_in(shown))
-                .any(|turn| turn.stands && turn.has_left_ground() && turn.rate > FALLS);
+        // ramps to its side may turn a machine that drives farther
+        let is_unexplained = (self.turns_in(shown))
+            .any(|turn| turn.stands && turn.has_left_ground() && turn.rate > FALLS);
         self.unexplained = match is_unexplained {
             true => self.unexplained.saturating_add(1),
             false => 0,
         };
+        if self.unexplained >= SAMPLES {
+            self.unexplained_ns = Some(now_ns);
+        }
         match self.spell {
             Some(spell) => {
                 self.driven += assumed * dt;

@@ -59,7 +59,10 @@ impl Checker<'_> {
 
     /// What tells the masses of a machine's payloads. The first linkage with a bound force that carries a payload of unknown mass
     /// weighs it.
-    pub(super) fn add_payload_signals(&self, machine: &mut Machine) {
+    ///
+    /// # Errors
+    /// Its force has no error, or weighs another payload at the same time.
+    pub(super) fn add_payload_signals(&self, machine: &mut Machine) -> Result<(), MachineError> {
         let mut signals: Vec<PayloadSignal> = Vec::new();
         for index in 0..machine.payloads.len() {
             if let Some(mass) = &machine.payloads[index].signal {
@@ -70,9 +73,46 @@ impl Checker<'_> {
             }
             if machine.payloads[index].is_estimated {
                 machine.payloads[index].lift = self.lift(machine, index, &mut signals);
+                self.check_lift(&machine.payloads, index)?;
             }
         }
         machine.payload_signals = signals;
+        Ok(())
+    }
+
+    /// One force tells one mass, and none without an error of its own.
+    fn check_lift(&self, payloads: &[Payload], index: usize) -> Result<(), MachineError> {
+        let payload = &payloads[index];
+        let Some(lift) = &payload.lift else {
+            return Ok(());
+        };
+        let name = &self.spec.linkage[lift.linkage].name;
+        for (key, value) in [
+            ("force_sigma", lift.force_sigma),
+            ("friction_share", lift.friction_share),
+        ] {
+            if !(value.is_finite() && value > 0.0) {
+                let place = format!("linkage.{name}.{key}");
+                let expected =
+                    "a positive number, as its force weighs a payload (mass = \"estimate\")";
+                return Err(self.value_error(place, expected, value));
+            }
+        }
+        let [from_s, to_s] = payload.window_s;
+        let shares = |of: &Payload| {
+            let is_same = (of.lift.as_ref()).is_some_and(|other| other.linkage == lift.linkage);
+            is_same && of.window_s[0] < to_s && from_s < of.window_s[1]
+        };
+        match payloads[..index].iter().position(shares) {
+            None => Ok(()),
+            Some(other) => Err(self.value_error(
+                format!("payload {}: mass", index + 1),
+                format!(
+                    "a known mass or a signal, or a time (from, to) of its own: one force, of linkage {name}, tells one mass"
+                ),
+                format!("\"estimate\", as payload {} at the same time", other + 1),
+            )),
+        }
     }
 
     fn lift(
