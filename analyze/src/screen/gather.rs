@@ -193,15 +193,11 @@ pub(super) fn finish(
 fn build(rows: &[LogRow], out: &Path, gate: Gate<'_>) -> Result<(Finished, String)> {
     let judgements = gate.judge(rows);
     let totals = Totals::of(rows, &judgements, gate.min_valid);
-    let page = || {
-        let compared = comparisons(rows, gate.min_valid);
-        let html = page::render(rows, &judgements, &totals, &compared, gate.min_valid);
-        (compared, html)
-    };
-    // of a large fleet each takes seconds, mostly on one thread
-    let (written, (compared, html)) = rayon::join(|| data_set::write(rows, out), page);
-    written?;
+    // one after the other: of a large fleet each takes a second, and a hundred megabytes beside the records
+    data_set::write(rows, out)?;
     write_policy(rows, &judgements, gate.policy, gate.min_valid, out)?;
+    let compared = comparisons(rows, gate.min_valid);
+    let html = page::render(rows, &judgements, &totals, &compared, gate.min_valid);
     data_set::write_comparisons(compared.into_iter().map(Into::into).collect(), out)?;
     write_atomically(&out.join(PAGE), html.as_bytes())?;
     let text = serde_json::to_string_pretty(&totals)?;
