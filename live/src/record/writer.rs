@@ -132,6 +132,10 @@ impl FileWriter {
             }
             self.write_pending(is_last);
             if is_last {
+                if self.failed.is_some() {
+                    // the file may have been at its limit: there is no later try in a new one
+                    self.write_pending(is_last);
+                }
                 break;
             }
             std::thread::sleep(BATCH_PERIOD);

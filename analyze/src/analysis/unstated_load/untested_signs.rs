@@ -19,11 +19,12 @@ const DERIVATIVES: Scope = Scope {
 /// probability of each joint's other sign, by the motion of the log. With it, the row on which the certainty c rests is
 /// evaluated again:
 /// ```text
-///     c' = c - sum over joints P(other sign) max(c - c with the other sign, 0)
+///     c' = c (1 - sum over joints P(other sign) max(1 - p with the other sign / p with this one, 0))
 /// ```
+/// Both p are those of the one row: the certainty of a tipping has that of its whole span in it.
 /// Joints that a commissioning has proven are left out, and signs with which the joint would be beyond its limits or no linkage
-/// could close: nobody would have overlooked that. So are events that signals contradict, whose doubts contain it, and wheels off
-/// an edge about which gyro and attitude show a rotation.
+/// could close: nobody would have overlooked that. So are events that signals contradict, whose doubts contain it, measured
+/// rotations, which need no encoder, and wheels off an edge about which one shows.
 pub(crate) fn weigh_signs(
     table: &Table,
     reversed: &[(usize, f64)],
@@ -39,7 +40,9 @@ pub(crate) fn weigh_signs(
     if open.is_empty() {
         return;
     }
-    let falls = events.iter().filter(|event| event.is_measured());
+    let falls = events
+        .iter()
+        .filter(|event| event.measured_rotation.is_some());
     let falls: Vec<(String, [i64; 2])> = falls
         .map(|fall| (fall.subject.clone(), fall.span_ns()))
         .collect();
@@ -47,7 +50,8 @@ pub(crate) fn weigh_signs(
         let is_measured = falls.iter().any(|(edge, span_ns)| {
             event.overlaps(*span_ns) && is_off(table, edge, &event.subject, span_ns[0])
         });
-        let rests_on_signs = event.rests_on_loads() && event.doubt.is_none() && !is_measured;
+        let rests_on_signs =
+            event.measured_rotation.is_none() && event.doubt.is_none() && !is_measured;
         let Some(certainty) = event.certainty.filter(|_| rests_on_signs) else {
             continue;
         };
@@ -57,6 +61,10 @@ pub(crate) fn weigh_signs(
         };
         let mut state = State::zero(machine);
         table.state(row, &mut state);
+        let Some(stated) = chance(machine, &state, event, min_loads_n).filter(|p| *p > 0.0) else {
+            continue;
+        };
+        let mut taken = 0.0;
         for &(joint, probability) in &open {
             let mut other = state.clone();
             let signal = Parameter::JointPosition(joint);
@@ -66,21 +74,23 @@ pub(crate) fn weigh_signs(
             if limits.is_some_and(|[least, most]| position < least || most < position) {
                 continue;
             }
-            let Some(certainty_if_reversed) = chance(machine, &other, event, min_loads_n) else {
+            let Some(reversed) = chance(machine, &other, event, min_loads_n) else {
                 continue;
             };
-            let taken = probability * (certainty - certainty_if_reversed);
-            if taken >= SHOWS {
+            let share = (reversed / stated).min(1.0);
+            let taken_by_it = probability * (1.0 - share);
+            if taken_by_it * certainty >= SHOWS {
+                taken += taken_by_it;
                 event.untested.push(UntestedSign {
                     joint: machine.joints()[joint].name.clone(),
                     reversed: probability,
-                    certainty_if_reversed,
+                    certainty_if_reversed: certainty * share,
                 });
-                let left = (1.0 - taken / certainty).max(0.0);
-                for of in [&mut event.certainty, &mut event.certainty_any_split] {
-                    *of = of.map(|of| of * left);
-                }
             }
+        }
+        let left = (1.0 - taken).max(0.0);
+        for of in [&mut event.certainty, &mut event.certainty_any_split] {
+            *of = of.map(|of| of * left);
         }
     }
     follow_tippings(table, events);

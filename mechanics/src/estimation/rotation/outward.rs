@@ -108,6 +108,10 @@ pub(super) struct Outward {
     last_ns: Option<i64>,
     /// Angular velocity by the suspension, about x and y (rad/s).
     by_suspension: Vector2<f64>,
+    /// What it turned the platform by with stamps that did not advance (rad).
+    pending: Vector2<f64>,
+    /// Time in which no sample has shown the suspension (ns).
+    unseen_ns: i64,
 }
 
 #[derive(Debug, Clone, Copy, Default)]
@@ -135,14 +139,19 @@ impl Outward {
             runs: vec![Run::default(); edges.all.len()],
             last_ns: None,
             by_suspension: Vector2::zeros(),
+            pending: Vector2::zeros(),
+            unseen_ns: 0,
         }
     }
 
     /// The suspension turned the platform by so much (rad) in this time (s).
     pub(super) fn lean(&mut self, by: &Vector2<f64>, seconds: f64) {
+        self.unseen_ns = 0;
+        self.pending += by;
         if seconds <= 0.0 {
             return;
         }
+        let by = std::mem::take(&mut self.pending);
         let share = 1.0 - (-seconds / SUSPENSION_S).exp();
         self.by_suspension += (by / seconds - self.by_suspension) * share;
     }
@@ -158,9 +167,14 @@ impl Outward {
         travelled: f64,
         settled: f64,
     ) {
-        let by_suspension = Vector3::new(self.by_suspension.x, self.by_suspension.y, 0.0);
         let last_ns = self.last_ns.replace(now_ns);
         let step_ns = last_ns.map_or(i64::MAX, |last_ns| now_ns.saturating_sub(last_ns));
+        self.unseen_ns = self.unseen_ns.saturating_add(step_ns.max(0));
+        if self.unseen_ns > GAP_NS {
+            // nobody knows whether it moves on
+            self.by_suspension = Vector2::zeros();
+        }
+        let by_suspension = Vector3::new(self.by_suspension.x, self.by_suspension.y, 0.0);
         let step_s = step_ns as f64 * 1e-9;
         for (run, edge) in self.runs.iter_mut().zip(&edges.all) {
             let rate = edge.axis.dot(&(shown.rate - by_suspension));

@@ -301,9 +301,11 @@ impl PlatformRotation {
         }
         let dt = by_gyro.map_or_else(|| by_attitude.map_or(0.0, |it| it.dt), |it| it.dt);
         let shown = self.shown_at(now_ns);
-        // a platform that rotates about an edge moves without travelling
+        // a platform that rotates about an edge moves without travelling; what a machine that drives has of it is across the edge,
+        // so that the squares add up
         let rate = (shown.iter().flatten().next()).map_or(0.0, |of| of.rate.xy().norm());
-        let travels = (assumed - rate * self.edges.arm).max(0.0);
+        let turning = rate * self.edges.arm;
+        let travels = (assumed * assumed - turning * turning).max(0.0).sqrt();
         self.travelled += travels * dt;
         let before = self.travelled - travels * AHEAD_S;
         let settled = [&self.by_gyro, &self.by_attitude].map(|it| it.reference.settled());

@@ -53,6 +53,8 @@ const UNEXPLAINED_OFF: f64 = 3e-4;
 /// Probability beforehand that the sensor of a machine shows one of the alternatives: one in a hundred is wired, mounted or
 /// configured so, where nobody has tested it.
 const BEFOREHAND: f64 = 0.01;
+/// The same that a machine takes up a load that nobody stated.
+const LOADED_BEFOREHAND: f64 = 0.1;
 /// Speed that noise shows while the machine stands (m/s), and from which it travels.
 const STANDING: f64 = 0.04;
 const TRAVELLING: f64 = 0.2;
@@ -498,8 +500,8 @@ impl LeanRelation {
         Some((best.explanation, best.evidence, self.threshold))
     }
 
-    /// The probability that each joint has the other sign, by all windows, against sound sensors and a gyro that shows
-    /// otherwise; `refuted` as above.
+    /// The probability that each joint has the other sign, by all windows, against sound sensors, a gyro that shows otherwise and
+    /// a load that nobody stated; `refuted` as above.
     pub(super) fn reversed(&self, refuted: impl Fn(Explanation) -> f64) -> Vec<(usize, f64)> {
         let odds = |it: &Alternative| {
             let share = match it.explanation {
@@ -508,16 +510,19 @@ impl LeanRelation {
                 | Explanation::HalfTurn(_)
                 | Explanation::Exchanged(..)
                 | Explanation::Stopped => BEFOREHAND / 5.0,
+                Explanation::UnstatedLoad => LOADED_BEFOREHAND,
                 _ => return None,
             };
-            // what outweighs all else is as probable as it can be
             let log = it.evidence.total - refuted(it.explanation);
-            Some((it.explanation, share * log.clamp(-700.0, 600.0).exp()))
+            Some((it.explanation, share.ln() + log))
         };
         let all: Vec<(Explanation, f64)> = self.alternatives.iter().filter_map(odds).collect();
-        let total = 1.0 + all.iter().map(|(_, odds)| odds).sum::<f64>();
-        let of_joint = |(explanation, odds): &(Explanation, f64)| match explanation {
-            Explanation::JointSign(joint) => Some((*joint, odds / total)),
+        // sound sensors have the logarithm 0
+        let largest = all.iter().map(|(_, log)| *log).fold(0.0, f64::max);
+        let logs = all.iter().map(|(_, log)| *log).chain([0.0]);
+        let total: f64 = logs.map(|log| (log - largest).exp()).sum();
+        let of_joint = |(explanation, log): &(Explanation, f64)| match explanation {
+            Explanation::JointSign(joint) => Some((*joint, (log - largest).exp() / total)),
             _ => None,
         };
         all.iter().filter_map(of_joint).collect()

@@ -12,6 +12,8 @@
 //! `L(L(dH/dt)) = (L(H) - L(L(H))) / T`. Where wheels move on a suspension, the plane through their centres,
 //! `z = s0 + s1 x + s2 y`, leans the platform by `(-s2, s1)` more.
 
+use std::f64::consts::PI;
+
 use nalgebra::{Matrix2, Matrix3, Vector1, Vector2, Vector3};
 
 use super::low_pass::{LowPass, share};
@@ -303,6 +305,11 @@ impl LeanModel {
         }
         for (filters, joint) in self.smoothed.iter_mut().zip(&self.state.joints) {
             let mut position = Vector1::new(joint.position);
+            let last = filters[0].value();
+            if last.is_some_and(|last| (position.x - last.x).abs() > PI) {
+                // an angle that wraps has not passed through the postures between
+                filters.iter_mut().for_each(LowPass::reset);
+            }
             for filter in filters {
                 position = filter.step_by(share, &position);
             }
