@@ -811,18 +811,7 @@ fn wrong_samples_and_biases_do_not_count() {
 
 #[test]
 fn no_byte_sequence_stops_it() {
-    let sensors = Sensors {
-        joints: Vec::new(),
-        imu: true,
-        odometry: true,
-        tool_wrench: false,
-        actuators: Vec::new(),
-        switches: 0,
-        loads: 0,
-        commands: 0,
-        payload_signals: Vec::new(),
-    };
-    let mut watch = PlatformRotation::new(&machine(), &sensors);
+    let mut watch = PlatformRotation::new(&machine(), &imu_and_odometry());
     let wild = [f64::NAN, f64::INFINITY, -1e300, 0.0, 1e-310, 1.0];
     let mut noise = Noise(3);
     for step in 0..4000 {
