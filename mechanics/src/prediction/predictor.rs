@@ -238,11 +238,14 @@ impl Predictor {
             worst
         });
         self.explain(machine);
+        // what goes on begins now
+        let now = self.explained.reasons(NOW, Reasons::NONE);
+        let lacks_now = (!now.leave_loads()).then_some(PredictionGap::NotFinite);
         for (law, worst) in Law::ALL.into_iter().zip(&worst) {
             let place = &mut self.prediction.ahead[law as usize];
             // an empty list does not allocate
             let mut ahead = std::mem::replace(place, Ahead::unknown(0));
-            match ahead.gap {
+            match ahead.gap.or(lacks_now) {
                 Some(gap) => ahead.set_gap(gap),
                 None => self.fill(machine, law, worst, &mut ahead),
             }
@@ -352,7 +355,10 @@ impl Predictor {
             let otf = otf + more;
             if otf <= 0.0 {
                 return match before {
-                    Some((from_s, from)) => from_s + (time_s - from_s) * from / (from - otf),
+                    // in this form a smaller OTF never crosses later, whatever is rounded
+                    Some((from_s, from)) => {
+                        (from_s + (time_s - from_s) / (1.0 - otf / from)).min(time_s)
+                    }
                     None => time_s,
                 };
             }
@@ -381,7 +387,7 @@ impl Predictor {
                 lifts = Some(wheel);
             }
             let sigma = explained(places.sigma[wheel]);
-            let earliest_s = self.crossing_s(law, wheel, -BAND * sigma);
+            let earliest_s = self.crossing_s(law, wheel, -BAND * sigma).min(lift_off_s);
             ahead.earliest_s = ahead.earliest_s.min(earliest_s);
             (at_worst[wheel], sigmas[wheel]) = (otf[worst.row], sigma);
             let left = share_left(at_worst[wheel], static_load[wheel]);
