@@ -236,6 +236,8 @@ struct Request {
     log: PathBuf,
     options: Options,
     precision: Precision,
+    /// The columns of samples that are kept; all if `None`.
+    columns: Option<Vec<String>>,
     out: Option<PathBuf>,
 }
 
@@ -271,7 +273,7 @@ fn run(
             machine: prepared.machine.clone(),
             measured_loads: Arc::clone(prepared.measured_loads),
             precision: request.precision,
-            samples: Chunks::default(),
+            samples: Chunks::of(request.columns.clone()),
             sinks: local
                 .map(|out| Sinks::begin(prepared, out, output))
                 .transpose()?,
@@ -339,6 +341,9 @@ fn run(
 ///     Whether samples have the terms of the closed forms, and speed and direction of wheels and axles.
 /// precision : 64 or 32
 ///     Bits of the computed numbers in samples.
+/// columns : list of str, optional
+///     The columns that samples keep, in this order; all if not given. An hour with all of them takes some hundred
+///     megabytes. Files in ``out`` have all.
 /// progress : bool or callable
 ///     True shows a bar on standard error (with tqdm or rich, if one of them is installed). A function is called some
 ///     times a second with the number of bytes read so far.
@@ -350,13 +355,14 @@ fn run(
 /// Raises
 /// ------
 /// TipwatchError
-///     The log cannot be read, the machine does not fit it, or no row remains.
+///     The log cannot be read, the machine does not fit it, no row remains, or samples have no such column.
 /// KeyboardInterrupt
 ///     Ctrl+C. Files in ``out`` may be incomplete.
 #[pyfunction]
 #[pyo3(signature = (
     log, machine, *, out=None, rate=None, start=None, end=None, estimator=None, model=None, closed_form_input=None,
-    apply_clock_offsets=None, quasi_static=None, monte_carlo=None, parts=false, terms=false, precision=64, progress=None
+    apply_clock_offsets=None, quasi_static=None, monte_carlo=None, parts=false, terms=false, precision=64, columns=None,
+    progress=None
 ))]
 #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
 pub(crate) fn analyze(
@@ -376,6 +382,7 @@ pub(crate) fn analyze(
     parts: bool,
     terms: bool,
     precision: i64,
+    columns: Option<Vec<String>>,
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Analysis> {
     let file = machine_file(machine)?;
@@ -406,6 +413,7 @@ pub(crate) fn analyze(
                     "expected precision 32 or 64, found {precision}"
                 ))),
             },
+            columns,
             out: out.map(Place::into_path),
         })
     };

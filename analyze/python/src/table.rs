@@ -53,20 +53,37 @@ impl Table {
 const ROWS_OF_A_CHUNK: usize = 1 << 16;
 
 /// The blocks of a table as they come, joined to chunks: readers that work chunk by chunk want few.
-#[derive(Default)]
 pub(crate) struct Chunks {
+    /// The columns that are kept; all if `None`.
+    columns: Option<Vec<String>>,
     whole: Vec<RecordBatch>,
     open: Vec<RecordBatch>,
     open_rows: usize,
 }
 
 impl Chunks {
+    /// No block yet. These columns of each are kept; all if `None`.
+    pub(crate) fn of(columns: Option<Vec<String>>) -> Self {
+        Self {
+            columns,
+            whole: Vec::new(),
+            open: Vec::new(),
+            open_rows: 0,
+        }
+    }
+
     /// Takes the next block, which has the columns of those before.
     ///
     /// # Errors
-    /// It has other columns.
+    /// It has other columns, or lacks one that is kept.
     pub(crate) fn take(&mut self, block: table::Table) -> anyhow::Result<()> {
-        let batch = batch(block)?;
+        let mut batch = batch(block)?;
+        if let Some(columns) = &self.columns {
+            let schema = batch.schema();
+            let places = columns.iter().map(|name| place(&schema, name));
+            let places = places.collect::<Result<Vec<_>, _>>();
+            batch = batch.project(&places.map_err(Mistake)?)?;
+        }
         self.open_rows += batch.num_rows();
         self.open.push(batch);
         match self.open_rows >= ROWS_OF_A_CHUNK {
@@ -113,18 +130,25 @@ fn batch(block: table::Table) -> anyhow::Result<RecordBatch> {
     Ok(RecordBatch::try_new(Arc::new(schema), arrays)?)
 }
 
+/// Place of a column.
+///
+/// # Errors
+/// There is none of this name.
+fn place(schema: &Schema, name: &str) -> Result<usize, String> {
+    let lacks = |_| {
+        let columns = schema.fields().len();
+        format!("expected one of the {columns} columns of the table (columns), found \"{name}\"")
+    };
+    schema.index_of(name).map_err(lacks)
+}
+
 impl Table {
     /// Place of a column.
     ///
     /// # Errors
     /// There is none of this name.
     fn place(&self, name: &str) -> PyResult<usize> {
-        self.schema.index_of(name).map_err(|_| {
-            PyKeyError::new_err(format!(
-                "expected one of the {} columns of the table (columns), found \"{name}\"",
-                self.schema.fields().len()
-            ))
-        })
+        place(&self.schema, name).map_err(PyKeyError::new_err)
     }
 
     fn column(&self, name: &str) -> PyResult<Column> {

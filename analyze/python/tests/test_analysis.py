@@ -35,6 +35,17 @@ def test_tables_are_not_copied(analysis):
     assert first.address == second.address
 
 
+def test_samples_keep_the_columns_that_are_asked_for(analysis, machine):
+    kept = ["time_ns", "otf_rl", "load_fl"]
+    found = tw.analyze(DEMO / "demo.mcap", machine, columns=kept)
+    assert found.samples.columns == kept
+    assert pl.DataFrame(found.samples).equals(pl.DataFrame(analysis.samples).select(kept))
+    assert found.summary["findings"] == analysis.summary["findings"]
+    with pytest.raises(tw.TipwatchError, match='found "load_xx"') as error:
+        tw.analyze(DEMO / "demo.mcap", machine, columns=["load_xx"])
+    assert error.value.kind == "value"
+
+
 def test_events_and_summary_are_those_of_the_program(analysis):
     events = pl.DataFrame(analysis.events).sort("worst")
     assert "lift" in " ".join(events["kind"].to_list())

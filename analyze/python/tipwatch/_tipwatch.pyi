@@ -180,6 +180,7 @@ def analyze(
     parts: bool = False,
     terms: bool = False,
     precision: Literal[32, 64] = 64,
+    columns: list[str] | None = None,
     progress: bool | Callable[[int], object] | None = None,
 ) -> Analysis: ...
 
