@@ -232,10 +232,6 @@ struct Asked<'a> {
 impl Memory {
     fn new(machine: &machine::Machine, scope: Scope, inputs: &Inputs<'_>) -> Self {
         let model = Arc::new(Model::WholeBody);
-        let gradient = Scope {
-            sensitivities: true,
-            ..Scope::LOADS
-        };
         // what does not differ from row to row is written once; the first row stands for all
         let mut state = State::zero(machine);
         inputs.state(0, &mut state);
@@ -243,7 +239,7 @@ impl Memory {
         (0..CHUNK_ROWS).for_each(|row| states.set(row, &mut state));
         Self {
             batch: BatchWorkspace::new(machine, scope, &model),
-            single: Workspace::with_model(machine, gradient, model),
+            single: Workspace::with_model(machine, Scope::LOADS_AND_DERIVATIVES, model),
             state,
             states,
             outcomes: OutcomeColumns::empty(machine, scope),

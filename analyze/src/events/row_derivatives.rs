@@ -6,11 +6,6 @@ use std::fmt;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::{Scope, State, Workspace, combination_sigma, evaluate};
 
-const DERIVATIVES: Scope = Scope {
-    sensitivities: true,
-    ..Scope::LOADS
-};
-
 /// Derivatives of the OTF by the parameters, row by row as they are asked for. One row is often asked for several times,
 /// with other sums of loads.
 pub(super) struct RowDerivatives {
@@ -35,7 +30,7 @@ impl RowDerivatives {
     pub(super) fn new(machine: &Machine) -> Self {
         Self {
             state: State::zero(machine),
-            workspace: Workspace::with_scope(machine, DERIVATIVES),
+            workspace: Workspace::with_scope(machine, Scope::LOADS_AND_DERIVATIVES),
             row: None,
             without: BTreeSet::new(),
         }

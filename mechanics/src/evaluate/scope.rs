@@ -28,6 +28,12 @@ impl Scope {
         between_rows: false,
     };
 
+    /// The loads, their derivatives and the resulting uncertainty.
+    pub const LOADS_AND_DERIVATIVES: Self = Self {
+        sensitivities: true,
+        ..Self::LOADS
+    };
+
     /// Everything except the contributions by link.
     pub const ALL: Self = Self {
         indicators: true,

@@ -53,22 +53,17 @@ impl RestingMachine {
     /// [`Machine::joints`]. NaN where a linkage cannot close at these positions.
     #[must_use]
     pub fn new(machine: &Machine, joint_positions: &[f64]) -> Self {
-        let scope = Scope {
-            sensitivities: true,
-            ..Scope::LOADS
-        };
-        Self::of(machine, at_rest(machine, joint_positions, scope))
+        Self::of(
+            machine,
+            at_rest(machine, joint_positions, Scope::LOADS_AND_DERIVATIVES),
+        )
     }
 
     /// The same on ground that rises by these angles forward and to the left (rad).
     #[must_use]
     pub fn on_slope(machine: &Machine, joint_positions: &[f64], slope: [f64; 2]) -> Self {
-        let scope = Scope {
-            sensitivities: true,
-            ..Scope::LOADS
-        };
         let (resting, state) = resting_on_slope(machine, joint_positions, slope);
-        let mut workspace = Workspace::with_scope(&resting, scope);
+        let mut workspace = Workspace::with_scope(&resting, Scope::LOADS_AND_DERIVATIVES);
         evaluate(&resting, &state, &mut workspace);
         Self::of(
             machine,

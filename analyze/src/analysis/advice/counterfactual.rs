@@ -39,11 +39,6 @@ const SMALLEST_FORCE: f64 = 1.0;
 /// Change of the front axle's share of the roll moment by which its effect on the loads is computed.
 const SHARE_STEP: f64 = 0.1;
 
-const DERIVATIVES: Scope = Scope {
-    sensitivities: true,
-    ..Scope::LOADS
-};
-
 /// Asks every lift and tipping what would have prevented it.
 pub(crate) fn ask_all(
     machine: &Machine,
@@ -391,7 +386,7 @@ fn factors(window: &Window, event: &Event) -> Option<Vec<f64>> {
 /// that of the last row before.
 fn sigma(window: &Window, place: usize, factors: &[f64]) -> Option<f64> {
     let machine = window.machine();
-    let mut workspace = Workspace::with_scope(machine, DERIVATIVES);
+    let mut workspace = Workspace::with_scope(machine, Scope::LOADS_AND_DERIVATIVES);
     let mut state = State::zero(machine);
     let mut places = (0..=place).rev().take(MOST_ROWS_BACK);
     places.find_map(|place| {

@@ -36,11 +36,7 @@ pub fn compare(
     place: RowPlace,
 ) -> (Option<ComparedRow>, Option<TotalRow>) {
     let sensors = measured.sensors;
-    let scope = Scope {
-        sensitivities: true,
-        ..Scope::LOADS
-    };
-    let mut workspace = Workspace::with_scope(machine, scope);
+    let mut workspace = Workspace::with_scope(machine, Scope::LOADS_AND_DERIVATIVES);
     let loads = evaluate_one(machine, state, &mut workspace).load.clone();
     let sigma_of = |factors: &[f64]| {
         let by_motion = (measured.unobserved)(factors);

@@ -29,12 +29,8 @@ impl UnobservedLoads {
     /// Memory for this machine.
     #[must_use]
     pub fn new(machine: &Machine) -> Self {
-        let scope = Scope {
-            sensitivities: true,
-            ..Scope::LOADS
-        };
         Self {
-            workspace: Workspace::with_scope(machine, scope),
+            workspace: Workspace::with_scope(machine, Scope::LOADS_AND_DERIVATIVES),
             scratch: State::zero(machine),
         }
     }
