@@ -207,18 +207,19 @@ fn add_joints(
     for (joint, &position) in before.iter().enumerate() {
         model.set(joint, position, 0.0);
     }
-    let moment = model.posture_moment(up);
-    let at_rest = model.lean_on_all_wheels(&moment);
-    // where a wheel carries nothing, the comparison is not made
-    let stands = stands && model.is_on_all_wheels(&moment);
+    model.carry(state);
+    let load = model.posture_load(up);
+    let at_rest = model.lean_on_all_wheels(&load);
+    // where a wheel carries nothing, tyres are no springs
+    let stands = stands && model.is_on_all_wheels(&load);
     for it in joints {
         let now = state.joints[it.joint].position;
         let moved = if now == before[it.joint] || !stands {
             Vector2::zeros()
         } else {
             model.set(it.joint, now, 0.0);
-            let moment = model.posture_moment(up);
-            let lean = model.lean_on_all_wheels(&moment);
+            let load = model.posture_load(up);
+            let lean = model.lean_on_all_wheels(&load);
             model.set(it.joint, before[it.joint], 0.0);
             lean - at_rest
         };
