@@ -12,6 +12,7 @@ use tipwatch_language::{say, word};
 
 use super::band::Band;
 use super::leaky::LeakyIntegral;
+use super::lean::of_arm;
 use super::lean_model::LeanModel;
 use super::low_pass::left;
 use crate::machine::Machine;
@@ -71,16 +72,11 @@ impl Excitation {
     /// Before the first row.
     #[must_use]
     pub fn new(machine: &Machine) -> Self {
-        let joints = machine.joints().iter().enumerate();
-        // Steering leans nothing: turns show it.
-        let of_arm = joints.filter(|(joint, it)| {
-            it.spins_wheel.is_none() && it.logged && !machine.is_steering(*joint)
-        });
         Self {
             model: LeanModel::new(machine),
             base_from_imu: machine.imu().rotation_in_body(),
-            joints: of_arm
-                .map(|(joint, _)| JointLean {
+            joints: of_arm(machine)
+                .map(|joint| JointLean {
                     joint,
                     sum: Vector2::zeros(),
                     band: Band::new(BAND_S),

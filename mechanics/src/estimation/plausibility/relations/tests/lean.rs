@@ -4,47 +4,32 @@ use nalgebra::{Vector2, Vector3};
 
 use super::super::super::notice::Rules;
 use super::super::lean::LeanRelation;
+use super::super::lean_model::LeanModel;
 use super::{checked, joint, posture, steered};
-use crate::evaluate::evaluation::evaluate;
-use crate::evaluate::scope::Scope;
-use crate::machine::Machine;
-use crate::studies::static_posture::at_rest;
+use crate::machine::{Machine, Proof};
 
 /// Time between samples (s), and samples of a window.
 const STEP_S: f64 = 0.01;
 const WINDOW: i64 = 50;
 
-/// The probability that the slew has the other sign after so many seconds. `slew` is its true angle (rad) at a time (s), `shown` the
-/// sign of what is measured of it, and `speed` that of the machine (m/s) in the first sample.
-fn reversed(seconds: i64, slew: impl Fn(f64) -> f64, shown: f64, speed: f64) -> f64 {
-    reversed_of(&steered(), seconds, slew, shown, speed)
-}
-
-fn reversed_of(
+/// What a machine has shown after so many seconds on ground that rises to the left by an angle (rad). `slew` is its true angle
+/// (rad) at a time (s), `shown` the sign of what is measured of it, and `speed` that of the machine (m/s) in the first sample.
+fn weighed(
     machine: &Machine,
+    rise: f64,
     seconds: i64,
     slew: impl Fn(f64) -> f64,
-    shown: f64,
-    speed: f64,
-) -> f64 {
-    let up = Vector3::z() * machine.gravity();
+    [shown, speed]: [f64; 2],
+) -> LeanRelation {
+    let up = Vector3::new(0.0, rise.sin(), rise.cos()) * machine.gravity();
     let limits = Rules::of(machine).limits;
-    let mut rest = at_rest(machine, &posture(machine, 0.0), Scope::LOADS);
-    rest.state.payload_share.fill(1.0);
-    let stiffness: Vec<f64> = (machine.wheels().iter())
-        .map(|wheel| wheel.stiffness.unwrap())
-        .collect();
+    let mut platform = LeanModel::new(machine).unwrap();
+    platform.attach(0.0);
     let mut lean = |slew: f64| -> Vector2<f64> {
-        for (motion, position) in rest.state.joints.iter_mut().zip(posture(machine, slew)) {
-            motion.position = position;
+        for (joint, position) in posture(machine, slew).into_iter().enumerate() {
+            platform.set(joint, position, 0.0);
         }
-        let loads = &evaluate(&rest.machine, &rest.state, &mut rest.workspace).load;
-        let wheels = machine.wheels().iter().zip(loads.iter().zip(&stiffness));
-        wheels.fold(Vector2::zeros(), |lean, (wheel, (load, stiffness))| {
-            let at = wheel.centre_at_zero;
-            let squares = Vector2::new(at.y * at.y, at.x * at.x) * (4.0 * stiffness);
-            lean + (Vector2::new(-at.y, at.x) * *load).component_div(&squares)
-        })
+        platform.posture_lean(&up)
     };
     let mut relation = LeanRelation::new(machine, true, 22.0).unwrap();
     for sample in 0..seconds * 2 * WINDOW {
@@ -61,6 +46,11 @@ fn reversed_of(
             relation.weigh(stamp_ns - 500_000_000, stamp_ns);
         }
     }
+    relation
+}
+
+/// The probability that the slew has the other sign.
+fn reversed(machine: &Machine, relation: &LeanRelation) -> f64 {
     let of_slew = joint(machine, "slew");
     let found = relation.reversed(|_| 0.0);
     let mut found = found.into_iter().filter(|(joint, _)| *joint == of_slew);
@@ -74,17 +64,25 @@ fn turns(angle: f64, from_s: f64, in_s: f64) -> impl Fn(f64) -> f64 {
 
 #[test]
 fn a_short_turn_shows_the_sign_of_a_slew() {
-    let [right, wrong] = [1.0, -1.0].map(|sign| reversed(4, turns(1.2, 1.7, 0.9), sign, 0.0));
+    let machine = steered();
+    let after = |slew: &dyn Fn(f64) -> f64, sign: f64| {
+        reversed(&machine, &weighed(&machine, 0.0, 4, slew, [sign, 0.0]))
+    };
+    let [right, wrong] = [1.0, -1.0].map(|sign| after(&turns(1.2, 1.7, 0.9), sign));
     assert!(right < 1e-4, "{right}");
     // the gyro may have the other sign as well: that is five times less probable beforehand
     assert!(wrong > 0.7, "{wrong}");
-    let unmoved = reversed(4, |_| 0.0, 1.0, 0.0);
+    let unmoved = after(&|_| 0.0, 1.0);
     assert!((unmoved - 0.01).abs() < 2e-3, "{unmoved}");
 }
 
 #[test]
 fn a_platform_that_stood_from_the_first_sample_on_does_not_rock() {
-    let [stood, came] = [0.0, 0.3].map(|speed| reversed(3, turns(0.12, 1.2, 1.0), 1.0, speed));
+    let machine = steered();
+    let [stood, came] = [0.0, 0.3].map(|speed| {
+        let shown = weighed(&machine, 0.0, 3, turns(0.12, 1.2, 1.0), [1.0, speed]);
+        reversed(&machine, &shown)
+    });
     assert!(stood < 0.3 * came, "{stood} {came}");
 }
 
@@ -96,7 +94,32 @@ fn a_slew_is_tested_under_payloads_for_a_time() {
     let spec = include_str!("../../../../../tests/data/rigid.toml");
     let urdf = include_str!("../../../../../tests/data/rigid.urdf");
     let machine = checked(&format!("{spec}\n{payloads}"), urdf);
-    let [right, wrong] =
-        [1.0, -1.0].map(|sign| reversed_of(&machine, 4, turns(1.2, 1.7, 0.9), sign, 0.0));
+    let after = |sign: f64| {
+        let shown = weighed(&machine, 0.0, 4, turns(1.2, 1.7, 0.9), [sign, 0.0]);
+        reversed(&machine, &shown)
+    };
+    let [right, wrong] = [1.0, -1.0].map(after);
     assert!(right < 1e-4 && wrong > 0.7, "{right} {wrong}");
+}
+
+/// Which wheels carry the platform then depends on the ground: it may find a wrong sensor, and proves none.
+#[test]
+fn nothing_is_proven_while_a_wheel_carries_nothing() {
+    let machine = steered();
+    let slew = joint(&machine, "slew");
+    let [level, sloped] = [0.0, 0.75].map(|rise| {
+        let shown = weighed(
+            &machine,
+            rise,
+            60,
+            |time_s| 0.5 + 0.2 * time_s.sin(),
+            [1.0, 0.0],
+        );
+        (
+            shown.proven().0.has(Proof::Joint(slew)),
+            reversed(&machine, &shown),
+        )
+    });
+    assert!(level.0 && level.1 < 1e-4, "{level:?}");
+    assert!(!sloped.0 && sloped.1 < 1e-4, "{sloped:?}");
 }
