@@ -179,3 +179,39 @@ fn chance(standing: &StandingRows<'_>, state: &State<f64>, event: &Event) -> Opt
     let probability = normal_distribution((limit_n - sum_n) / sigma_n);
     probability.is_finite().then_some(probability)
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
+
+    use tipwatch_mechanics::machine::{LogFacts, MachineSpec};
+
+    use super::*;
+
+    #[test]
+    fn a_doubt_contains_the_signs_of_the_encoders_that_it_is_about() {
+        let spec = include_str!("../../../../mechanics/tests/data/rigid.toml");
+        let urdf = include_str!("../../../../mechanics/tests/data/rigid.urdf");
+        let spec = MachineSpec::from_toml(spec, "rigid.toml").unwrap();
+        let machine = spec.check(urdf, "rigid.urdf", LogFacts::default()).unwrap();
+        let joint = |name: &str| {
+            let mut joints = machine.joints().iter();
+            joints.position(|joint| joint.name == name).unwrap()
+        };
+        let doubted = |subject: &str| {
+            let mut event = Event::blank(EventKind::WheelLift, 0, "rr".into());
+            event.doubt_by(vec![subject.into()], 0.5);
+            ["slew", "lift"].map(|name| is_doubted(&machine, &event, joint(name)))
+        };
+        assert_eq!(
+            doubted("imu.specific_force against the speeds of the wheels"),
+            [false; 2]
+        );
+        assert_eq!(doubted("measured loads"), [false; 2]);
+        assert_eq!(doubted("joint_states.slew"), [true, false]);
+        assert_eq!(
+            doubted("imu.angular_velocity against joint_states"),
+            [true; 2]
+        );
+    }
+}
