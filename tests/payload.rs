@@ -149,6 +149,7 @@ fn a_part_of_a_log_has_the_payload_that_the_log_has_there() {
             notes.cloned().collect::<Vec<_>>()
         };
         if estimator == Estimator::Causal {
+            assert_eq!(masses(&whole).len(), 1);
             assert_eq!(masses(&whole), masses(&part));
         }
         let skipped = whole.rows.len() - part.rows.len();

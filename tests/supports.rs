@@ -450,3 +450,25 @@ fn the_analytic_models_refuse_supports_that_come_and_go() {
     let text = format!("{error:#}");
     assert!(text.contains("supports that come and go"), "{text}");
 }
+
+/// On outriggers nothing compares the lean of the platform with the motion of the arm: one encoder in a hundred is reversed.
+#[test]
+fn on_outriggers_a_load_is_as_certain_as_signs_that_nothing_has_tested() {
+    let analysis = analysed(&data("crane.mcap"), Options::default());
+    let light = of_kind(&analysis, EventKind::WheelLight);
+    let [by_loads] = light[..] else {
+        panic!("{light:?}")
+    };
+    let signs: Vec<(&str, f64)> = (by_loads.untested.iter())
+        .map(|sign| (sign.joint.as_str(), sign.reversed))
+        .collect();
+    assert_eq!(signs, [("slew", 0.01)]);
+    let certainty = by_loads.certainty.unwrap();
+    assert!((0.98..0.995).contains(&certainty), "{certainty}");
+    // the jack that measures its own load rests on no encoder
+    let lifts = of_kind(&analysis, EventKind::WheelLift);
+    assert!(
+        lifts[0].measured_load_n.is_some() && lifts[0].untested.is_empty(),
+        "{lifts:?}"
+    );
+}

@@ -5,7 +5,7 @@ use std::path::Path;
 use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::base::options::Options;
 use tipwatch_analyze::compare::{Side, compare};
-use tipwatch_analyze::events::{Event, EventKind, Supposition};
+use tipwatch_analyze::events::{Event, EventKind, ShownBy, Supposition};
 use tipwatch_analyze::suspension::{
     Summary, Suppositions, SuspensionMode, WhatIf, WhatIfOptions, measured_fall, suppose, what_if,
 };
@@ -278,6 +278,51 @@ fn supposed(suppositions: &Suppositions) -> [Analysis; 2] {
 fn lift(analysis: &Analysis) -> Option<&Event> {
     let mut events = analysis.events.iter();
     events.find(|event| event.kind == EventKind::WheelLift && event.subject == "rl")
+}
+
+/// The loads of a supposition rest on the same encoders, and their motion is that of the log.
+#[test]
+fn a_supposition_is_as_certain_as_the_signs_that_the_log_has_shown() {
+    let file = MachineFile::read(&data("swing_lift.toml")).unwrap();
+    let (log, heavier) = (
+        data("swing_lift.mcap"),
+        Suppositions {
+            payload_kg: Some(5.0),
+            ..Suppositions::default()
+        },
+    );
+    let both = suppose(&log, &file, Options::default(), &heavier).unwrap();
+    let signs = both.map(|analysis| {
+        let mut events = analysis.events.iter();
+        let lift = events.find(|event| event.kind == EventKind::WheelLift && event.subject == "rr");
+        let untested = lift.unwrap().untested.iter();
+        let signs = untested.map(|sign| (sign.joint.clone(), sign.reversed.to_bits()));
+        signs.collect::<Vec<_>>()
+    });
+    assert!(!signs[0].is_empty() && signs[0] == signs[1], "{signs:?}");
+}
+
+/// A tipping that only the loads show is judged where it is deepest, not where it begins.
+#[test]
+fn a_tipping_by_the_loads_is_judged_in_its_worst_row() {
+    let file = MachineFile::read(&data("tip_over.toml")).unwrap();
+    let heavier = Suppositions {
+        payload_kg: Some(300.0),
+        ..Suppositions::default()
+    };
+    let log = data("tip_over.mcap");
+    let [_, heavier] = suppose(&log, &file, Options::default(), &heavier).unwrap();
+    let later = heavier.events.iter().filter(|event| {
+        event.shown_by == Some(ShownBy::Loads) && event.worst_ns - event.start_ns > 50_000_000
+    });
+    let later: Vec<[Option<i64>; 2]> = later
+        .map(|event| [event.judged_ns, Some(event.worst_ns)])
+        .collect();
+    assert!(!later.is_empty(), "no tipping of several rows");
+    assert!(
+        later.iter().all(|[judged, worst]| judged == worst),
+        "{later:?}"
+    );
 }
 
 fn least_otf(analysis: &Analysis) -> f64 {

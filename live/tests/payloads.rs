@@ -168,7 +168,7 @@ fn a_scale_that_falls_silent_or_shows_an_error_value_leaves_the_loads_unknown() 
 fn an_empty_scale_has_the_error_of_a_scale() {
     let folder = tempfile::tempdir().unwrap();
     let machine = with_payload(folder.path(), "", SCALE);
-    let sigma = |mass: f64| {
+    let utilisation = |mass: f64| {
         let rows = rows(&machine, |_, mut wire| {
             wire.values[0] = mass;
             Some(wire)
@@ -178,7 +178,7 @@ fn an_empty_scale_has_the_error_of_a_scale() {
         assert_eq!(verdict.payload_mass_sigma_kg, 4.0, "{mass}");
         verdict.utilisation
     };
-    let (empty, nearly) = (sigma(0.0), sigma(1e-4));
+    let (empty, nearly) = (utilisation(0.0), utilisation(1e-4));
     assert!((empty - nearly).abs() < 1e-5 * nearly, "{empty} {nearly}");
 }
 

@@ -60,6 +60,8 @@ pub struct Analysis {
     pub min_loads_n: Option<Vec<f64>>,
     /// The events.
     pub events: Vec<Event>,
+    /// The probability that each joint of the arm has the other sign, by the motion that was recorded.
+    pub(crate) reversed: Vec<(usize, f64)>,
     /// How the platform turns when the log ends, if a fall may have begun that is not known as an event.
     pub turning: Option<Turning>,
     /// Derivatives of the loads; `None` for models without them.

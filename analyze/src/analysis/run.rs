@@ -28,8 +28,8 @@ pub fn analyse(
     analyse_whole(path, file, options, None, progress)
 }
 
-/// Analyses one log under hypotheses and keeps the whole table. Sensors are not compared with each other, and rotations of
-/// the platform are not events: they are what was recorded.
+/// Analyses one log under hypotheses and keeps the whole table. Sensors are not compared with each other: what their motion shows
+/// is known from the analysis of what was recorded. Rotations of the platform are not events: they are what was recorded.
 ///
 /// # Errors
 /// The log cannot be read, the machine does not fit it, or no row remains.
@@ -38,15 +38,17 @@ pub(crate) fn analyse_supposing(
     file: &MachineFile,
     options: Options,
     hypotheses: &[Hypothesis],
+    recorded: &Analysis,
 ) -> Result<Analysis> {
-    analyse_whole(path, file, options, Some(hypotheses), &mut |_| {})
+    let supposed = Some((hypotheses, recorded));
+    analyse_whole(path, file, options, supposed, &mut |_| {})
 }
 
 fn analyse_whole(
     path: &Path,
     file: &MachineFile,
     options: Options,
-    hypotheses: Option<&[Hypothesis]>,
+    supposed: Option<(&[Hypothesis], &Analysis)>,
     progress: &mut dyn FnMut(u64),
 ) -> Result<Analysis> {
     let task = Task {
@@ -55,7 +57,7 @@ fn analyse_whole(
         log: Arc::new(file.open_log(path)?),
         options,
         is_kept: true,
-        hypotheses,
+        supposed,
     };
     let (analysis, whole) = run(&task, progress, |_| Ok(Whole::default()))?;
     if let Some(rows) = whole.rows {
@@ -97,7 +99,7 @@ pub(crate) fn analyse_opened<S: RowSink>(
         log: Arc::new(log),
         options,
         is_kept: false,
-        hypotheses: None,
+        supposed: None,
     };
     run(&task, progress, begin)
 }

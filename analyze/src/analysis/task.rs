@@ -6,6 +6,7 @@ use std::sync::Arc;
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
 
+use super::Analysis;
 use super::advice::Hypothesis;
 use crate::base::options::Options;
 
@@ -17,13 +18,13 @@ pub(super) struct Task<'a> {
     pub(super) options: Options,
     /// Whether the whole table is kept.
     pub(super) is_kept: bool,
-    /// What is supposed of it instead of what was recorded, if anything is.
-    pub(super) hypotheses: Option<&'a [Hypothesis]>,
+    /// What is supposed of it instead of what was recorded, and the analysis of that, if anything is.
+    pub(super) supposed: Option<(&'a [Hypothesis], &'a Analysis)>,
 }
 
 impl Task<'_> {
     /// Whether the analysis is of what was recorded, with nothing supposed.
     pub(super) fn is_recorded(&self) -> bool {
-        self.hypotheses.is_none()
+        self.supposed.is_none()
     }
 }

@@ -370,7 +370,7 @@ impl Finder<'_> {
         event.split_dependent = Some(false);
         event.certainty = tipping.certainty;
         event.certainty_any_split = tipping.certainty;
-        event.judged_ns = Some(self.rows.times_ns[tipping.episode.first]);
+        event.judged_ns = Some(self.rows.times_ns[tipping.judged]);
         event.shown_by = Some(match tipping.is_by_loads {
             true => ShownBy::Loads,
             false => ShownBy::Rotation,

@@ -15,7 +15,7 @@ use tipwatch_mechanics::estimation::plausibility::student;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::{Placement, Quantity, Scope, State, Workspace, evaluate};
 
-use super::episodes::{Episode, MERGED_NS, episodes_within, joined};
+use super::episodes::{Episode, MERGED_NS, episodes_within, joined, least};
 use super::normal::normal_distribution;
 use super::onset::{self, Curve, Onset};
 use super::pages::{MOST_ROWS_BACK, Pages};
@@ -78,6 +78,8 @@ pub(super) struct Tipping {
     pub(super) is_by_loads: bool,
     /// Probability that they were; `None` if it cannot be computed.
     pub(super) certainty: Option<f64>,
+    /// The row on which that rests: the one with the least load off the edge before tyres can no longer explain a rotation.
+    pub(super) judged: usize,
     /// Probability that machine and sensors are as stated, by how far the computed load is below zero: wheels cannot pull.
     pub(super) loads_are_right: f64,
 }
@@ -246,6 +248,7 @@ impl OfEdge<'_, '_> {
                     rotates: false,
                     is_by_loads: true,
                     certainty: None,
+                    judged: episode.first,
                     loads_are_right: 1.0,
                 };
                 match self.rotating(&blank, &load) {
@@ -349,6 +352,7 @@ impl OfEdge<'_, '_> {
             rotates: true,
             is_by_loads,
             certainty: Some(rotation.certainty_of_edge(is_by_loads)),
+            judged: begins,
             loads_are_right: 1.0,
         })
     }
@@ -454,6 +458,14 @@ impl OfEdge<'_, '_> {
             rotation,
             rotates: true,
             certainty,
+            judged: least(
+                load,
+                Episode {
+                    first: begins,
+                    last: rotated.max(begins),
+                },
+            )
+            .0,
             ..blank.clone()
         })
     }
@@ -474,9 +486,7 @@ impl OfEdge<'_, '_> {
             }
             None => (f64::NAN, episode.first),
         };
-        let least_n = (episode.first..=episode.last)
-            .map(load)
-            .fold(f64::INFINITY, f64::min);
+        let (judged, least_n) = least(load, episode);
         let certainty = normal_distribution(-least_n / blank.sigma_n);
         let weight_n = self.rows.value(Quantity::NormalForce, episode.first);
         Tipping {
@@ -489,6 +499,7 @@ impl OfEdge<'_, '_> {
             onset: onset::passage(&curve, near_s, blank.sigma_n),
             rotation,
             certainty: Some(certainty).filter(|p| p.is_finite()),
+            judged,
             ..blank.clone()
         }
     }

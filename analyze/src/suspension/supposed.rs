@@ -232,6 +232,6 @@ pub fn suppose(
         }
     }
     let file = suppositions.file(file)?;
-    let supposed = analyse_supposing(log, &file, options, &hypotheses)?;
+    let supposed = analyse_supposing(log, &file, options, &hypotheses, &recorded)?;
     Ok([recorded, supposed])
 }

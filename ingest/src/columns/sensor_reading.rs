@@ -18,16 +18,16 @@ pub struct SensorReading {
     pub findings: Vec<ClockFinding>,
     /// The common clock of all sensors of the log.
     pub time_base: TimeBase,
-    /// Where the samples lie on that clock. Samples that it does not place are to be omitted.
+    /// Where samples of blocks lie on that clock: those that it does not place are to be omitted. Those of columns are placed.
     pub placement: Placement,
     /// Rates, gaps and offsets of the stamps.
     pub statistics: TopicStatistics,
-    /// Samples that the blocks contained.
+    /// Samples of the blocks, or of the columns.
     pub samples: usize,
     /// Samples among them without a usable stamp; those omitted already, if the samples are placed.
     pub unstamped: u64,
     /// Messages that could not be decoded.
     pub undecodable: u64,
-    /// Messages without any number of the sample, which are not in the blocks.
+    /// Messages without any number of the sample, of which there is none.
     pub without_value: u64,
 }

@@ -261,7 +261,7 @@ impl<'de> Visitor<'de> for Value<'_, '_> {
     }
 }
 
-/// One message or list of an array.
+/// Reads an element of an array that is an object or a list; what it lacks is missing among those of all elements.
 impl<'de> DeserializeSeed<'de> for MessageVisitor<'_, '_> {
     type Value = ();
 

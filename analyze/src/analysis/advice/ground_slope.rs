@@ -13,7 +13,6 @@ use std::sync::Arc;
 
 use nalgebra::{Rotation2, Vector2, Vector3};
 use tipwatch_mechanics::estimation::plausibility::LeanOnTyres;
-use tipwatch_mechanics::geometry::spatial::Wrench;
 use tipwatch_mechanics::machine::{Axis, Machine, Parameter};
 use tipwatch_mechanics::{Placement, Scope, State, Workspace, evaluate};
 
@@ -290,25 +289,13 @@ fn speed(machine: &Machine, state: &State<f64>) -> f64 {
 /// The lean of a calm machine on its tyres.
 struct Lean {
     on_tyres: LeanOnTyres,
-    /// Centre of the tyres' stiffness (m): a load over it leans nothing.
-    centre: Vector2<f64>,
     workspace: Workspace<f64>,
 }
 
 impl Lean {
     fn of(machine: &Machine) -> Option<Self> {
-        let on_tyres = LeanOnTyres::of(machine)?;
-        let is_stated = on_tyres.stiffness_is_stated();
-        let (mut sum, mut moment) = (0.0, Vector2::zeros());
-        for wheel in machine.wheels() {
-            let stated = wheel.stiffness.filter(|_| is_stated);
-            let stiffness = stated.unwrap_or(wheel.relative_stiffness);
-            sum += stiffness;
-            moment += wheel.centre_at_zero.xy() * stiffness;
-        }
         Some(Self {
-            on_tyres,
-            centre: moment / sum,
+            on_tyres: LeanOnTyres::of(machine)?,
             workspace: Workspace::with_scope(machine, Scope::LOADS),
         })
     }
@@ -316,12 +303,7 @@ impl Lean {
     /// Lean about x and y (rad), and its standard deviation; `None` where the loads are unknown.
     fn at(&mut self, machine: &Machine, state: &State<f64>) -> Option<(Vector2<f64>, f64)> {
         let ground = &evaluate(machine, state, &mut self.workspace).ground_wrench;
-        let over = Vector3::new(self.centre.x, self.centre.y, 0.0);
-        let about_centre = Wrench {
-            force: ground.force,
-            moment: ground.moment - over.cross(&ground.force),
-        };
-        let lean = self.on_tyres.lean(&about_centre);
+        let lean = self.on_tyres.lean(ground);
         let share = match self.on_tyres.stiffness_is_stated() {
             true => STATED_LEAN_SHARE,
             false => USUAL_LEAN_SHARE,

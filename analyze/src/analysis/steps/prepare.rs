@@ -52,7 +52,7 @@ impl PreparedMachine {
             let note = say!("Utilisation is unknown: {error}.");
             loaded.notes.push(note);
         }
-        if let Some(hypotheses) = task.hypotheses {
+        if let Some((hypotheses, _)) = task.supposed {
             let machine = loaded.machine.measured_at_base();
             let recorded_by = std::mem::replace(&mut loaded.machine, machine);
             let times = (rows.times_ns.clone(), rows.first);

@@ -50,7 +50,7 @@ pub(in crate::analysis) fn study<S: RowSink>(
     } = read;
     let EvaluatedLog {
         mut table,
-        samples,
+        mut samples,
         rotations,
         turning,
         others,
@@ -110,10 +110,15 @@ pub(in crate::analysis) fn study<S: RowSink>(
         };
         unstated_load::set_no_returns(&stories, &explained_falls, &mut events);
         unstated_load::doubt_contradicted(machine, &explained_falls, &mut events);
-        let reversed = &samples.quality.reversed;
+    }
+    let reversed = match task.supposed {
+        Some((_, recorded)) => recorded.reversed.clone(),
+        None => std::mem::take(&mut samples.quality.reversed),
+    };
+    if scope.sensitivities {
         let commissioned =
             (commissioning.as_ref()).map_or(Proofs::NONE, |(_, found)| found.proven(machine));
-        unstated_load::weigh_signs(&table, reversed, commissioned, limits, &mut events);
+        unstated_load::weigh_signs(&standing, &table, &reversed, commissioned, &mut events);
     }
     let mut turning = turning.into_iter();
     let turning =
@@ -179,6 +184,7 @@ pub(in crate::analysis) fn study<S: RowSink>(
         coverage,
         min_loads_n,
         events,
+        reversed,
         turning,
         sensitivity,
         advice,

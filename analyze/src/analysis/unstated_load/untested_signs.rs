@@ -1,8 +1,11 @@
 //! What events would be if an encoder had the other sign.
 
+use tipwatch_mechanics::estimation::plausibility::Part;
 use tipwatch_mechanics::machine::{Machine, Parameter, Proof, Proofs};
+use tipwatch_mechanics::state::Sensor;
 use tipwatch_mechanics::{Placement, Scope, State, Workspace, combination_sigma, evaluate};
 
+use super::super::standing_rows::StandingRows;
 use super::amounts::reverse;
 use crate::base::table::Table;
 use crate::events::{Event, EventKind, UntestedSign, distances, normal_distribution};
@@ -23,13 +26,14 @@ const DERIVATIVES: Scope = Scope {
 /// ```
 /// Both p are those of the one row: the certainty of a tipping has that of its whole span in it.
 /// Joints that a commissioning has proven are left out, and signs with which the joint would be beyond its limits or no linkage
-/// could close: nobody would have overlooked that. So are events that signals contradict, whose doubts contain it, measured
-/// rotations, which need no encoder, and wheels off an edge about which one shows.
+/// could close: nobody would have overlooked that. So are joints of which a doubt of the event says that they contradict
+/// themselves or the gyro: it contains their signs. Measured rotations and supports that measure their own load need no encoder,
+/// nor do wheels off an edge about which a measured rotation shows.
 pub(crate) fn weigh_signs(
+    standing: &[StandingRows<'_>],
     table: &Table,
     reversed: &[(usize, f64)],
     commissioned: Proofs,
-    min_loads_n: Option<&[f64]>,
     events: &mut [Event],
 ) {
     let open: Vec<(usize, f64)> = (reversed.iter().copied())
@@ -51,21 +55,26 @@ pub(crate) fn weigh_signs(
             event.overlaps(*span_ns) && is_off(table, edge, &event.subject, span_ns[0])
         });
         let rests_on_signs =
-            event.measured_rotation.is_none() && event.doubt.is_none() && !is_measured;
+            event.measured_rotation.is_none() && event.measured_load_n.is_none() && !is_measured;
         let Some(certainty) = event.certainty.filter(|_| rests_on_signs) else {
             continue;
         };
         let row = table.at(event.judged_ns.unwrap_or(event.worst_ns));
-        let Some(machine) = table.machine_at(row) else {
+        let place = StandingRows::place_of(row, table);
+        let Some(standing) = place.and_then(|place| standing.get(place)) else {
             continue;
         };
+        let machine = standing.machine;
         let mut state = State::zero(machine);
         table.state(row, &mut state);
-        let Some(stated) = chance(machine, &state, event, min_loads_n).filter(|p| *p > 0.0) else {
+        let Some(stated) = chance(standing, &state, event).filter(|p| *p > 0.0) else {
             continue;
         };
         let mut taken = 0.0;
         for &(joint, probability) in &open {
+            if is_doubted(machine, event, joint) {
+                continue;
+            }
             let mut other = state.clone();
             let signal = Parameter::JointPosition(joint);
             reverse(&mut other, signal);
@@ -74,7 +83,7 @@ pub(crate) fn weigh_signs(
             if limits.is_some_and(|[least, most]| position < least || most < position) {
                 continue;
             }
-            let Some(reversed) = chance(machine, &other, event, min_loads_n) else {
+            let Some(reversed) = chance(standing, &other, event) else {
                 continue;
             };
             let share = (reversed / stated).min(1.0);
@@ -94,6 +103,13 @@ pub(crate) fn weigh_signs(
         }
     }
     follow_tippings(table, events);
+}
+
+/// Whether the doubt of an event is about the encoder of a joint, alone or beside the gyro.
+fn is_doubted(machine: &Machine, event: &Event, joint: usize) -> bool {
+    let of = [Part::Joint(joint), Part::Lean].map(|part| part.subject(Sensor::Imu, machine));
+    let doubted = event.doubt.iter().flat_map(|doubt| &doubt.subjects);
+    doubted.into_iter().any(|subject| of.contains(subject))
 }
 
 /// Tipping about an edge needs every wheel off it unloaded: none of them was so less certainly.
@@ -131,19 +147,15 @@ fn is_off(table: &Table, edge: &str, subject: &str, from_ns: i64) -> bool {
 }
 
 /// Probability that the wheels of an event are below their limit in a state.
-fn chance(
-    machine: &Machine,
-    state: &State<f64>,
-    event: &Event,
-    min_loads_n: Option<&[f64]>,
-) -> Option<f64> {
+fn chance(standing: &StandingRows<'_>, state: &State<f64>, event: &Event) -> Option<f64> {
+    let machine = standing.machine;
     let is = |name: &str| name.to_lowercase() == event.subject;
     let (factors, limit_n): (Vec<f64>, f64) = match event.kind {
         EventKind::WheelLight | EventKind::WheelLift => {
             let wheel = (machine.wheels().iter()).position(|wheel| is(&wheel.name))?;
             let wheels = 0..machine.wheels().len();
             let limit_n = match event.kind {
-                EventKind::WheelLight => *min_loads_n?.get(wheel)?,
+                EventKind::WheelLight => *standing.min_loads_n.as_ref()?.get(wheel)?,
                 _ => 0.0,
             };
             let own = wheels.map(|other| f64::from(u8::from(other == wheel)));
@@ -166,4 +178,40 @@ fn chance(
     let sigma_n = combination_sigma(machine, state, &workspace, &factors);
     let probability = normal_distribution((limit_n - sum_n) / sigma_n);
     probability.is_finite().then_some(probability)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
+
+    use tipwatch_mechanics::machine::{LogFacts, MachineSpec};
+
+    use super::*;
+
+    #[test]
+    fn a_doubt_contains_the_signs_of_the_encoders_that_it_is_about() {
+        let spec = include_str!("../../../../mechanics/tests/data/rigid.toml");
+        let urdf = include_str!("../../../../mechanics/tests/data/rigid.urdf");
+        let spec = MachineSpec::from_toml(spec, "rigid.toml").unwrap();
+        let machine = spec.check(urdf, "rigid.urdf", LogFacts::default()).unwrap();
+        let joint = |name: &str| {
+            let mut joints = machine.joints().iter();
+            joints.position(|joint| joint.name == name).unwrap()
+        };
+        let doubted = |subject: &str| {
+            let mut event = Event::blank(EventKind::WheelLift, 0, "rr".into());
+            event.doubt_by(vec![subject.into()], 0.5);
+            ["slew", "lift"].map(|name| is_doubted(&machine, &event, joint(name)))
+        };
+        assert_eq!(
+            doubted("imu.specific_force against the speeds of the wheels"),
+            [false; 2]
+        );
+        assert_eq!(doubted("measured loads"), [false; 2]);
+        assert_eq!(doubted("joint_states.slew"), [true, false]);
+        assert_eq!(
+            doubted("imu.angular_velocity against joint_states"),
+            [true; 2]
+        );
+    }
 }

@@ -12,6 +12,7 @@ use tipwatch_language::{say, word};
 
 use super::band::Band;
 use super::leaky::LeakyIntegral;
+use super::lean::of_arm;
 use super::lean_model::LeanModel;
 use super::low_pass::left;
 use crate::machine::Machine;
@@ -71,16 +72,11 @@ impl Excitation {
     /// Before the first row.
     #[must_use]
     pub fn new(machine: &Machine) -> Self {
-        let joints = machine.joints().iter().enumerate();
-        // Steering leans nothing: turns show it.
-        let of_arm = joints.filter(|(joint, it)| {
-            it.spins_wheel.is_none() && it.logged && !machine.is_steering(*joint)
-        });
         Self {
             model: LeanModel::new(machine),
             base_from_imu: machine.imu().rotation_in_body(),
-            joints: of_arm
-                .map(|(joint, _)| JointLean {
+            joints: of_arm(machine)
+                .map(|joint| JointLean {
                     joint,
                     sum: Vector2::zeros(),
                     band: Band::new(BAND_S),
@@ -207,18 +203,19 @@ fn add_joints(
     for (joint, &position) in before.iter().enumerate() {
         model.set(joint, position, 0.0);
     }
-    let moment = model.posture_moment(up);
-    let at_rest = model.lean_on_all_wheels(&moment);
-    // where a wheel carries nothing, the comparison is not made
-    let stands = stands && model.is_on_all_wheels(&moment);
+    model.carry(state);
+    let load = model.posture_load(up);
+    let at_rest = model.lean_on_all_wheels(&load);
+    // where a wheel carries nothing, tyres are no springs
+    let stands = stands && model.is_on_all_wheels(&load);
     for it in joints {
         let now = state.joints[it.joint].position;
         let moved = if now == before[it.joint] || !stands {
             Vector2::zeros()
         } else {
             model.set(it.joint, now, 0.0);
-            let moment = model.posture_moment(up);
-            let lean = model.lean_on_all_wheels(&moment);
+            let load = model.posture_load(up);
+            let lean = model.lean_on_all_wheels(&load);
             model.set(it.joint, before[it.joint], 0.0);
             lean - at_rest
         };

@@ -52,7 +52,7 @@ const MODEL_OFF: f64 = 0.3;
 const UNEXPLAINED_OFF: f64 = 3e-4;
 /// Probability beforehand that the sensor of a machine shows one of the alternatives: one in a hundred is wired, mounted or
 /// configured so, where nobody has tested it.
-const BEFOREHAND: f64 = 0.01;
+pub(super) const BEFOREHAND: f64 = 0.01;
 /// The same that a machine takes up a load that nobody stated.
 const LOADED_BEFOREHAND: f64 = 0.1;
 /// Speed that noise shows while the machine stands (m/s), and from which it travels.
@@ -127,6 +127,15 @@ struct Alternative {
     refuted: Evidence,
 }
 
+/// The joints whose motion leans a platform. Steering leans nothing: turns show it.
+pub(super) fn of_arm(machine: &Machine) -> impl Iterator<Item = usize> + '_ {
+    let joints = machine.joints().iter().enumerate();
+    let of_arm = joints.filter(|(joint, it)| {
+        it.spins_wheel.is_none() && it.logged && !machine.is_steering(*joint)
+    });
+    of_arm.map(|(joint, _)| joint)
+}
+
 impl LeanRelation {
     /// `None` where the model cannot be formed: see [`LeanModel::new`].
     pub(super) fn new(machine: &Machine, has_imu: bool, threshold: f64) -> Option<Self> {
@@ -143,12 +152,7 @@ impl LeanRelation {
                 SVector::from([BIAS, BIAS, spread, spread, load * mass, 0.0]),
             )
         };
-        let arm: Vec<usize> = (machine.joints().iter().enumerate())
-            .filter(|(joint, it)| {
-                it.spins_wheel.is_none() && it.logged && !machine.is_steering(*joint)
-            })
-            .map(|(joint, _)| joint)
-            .collect();
+        let arm: Vec<usize> = of_arm(machine).collect();
         let mut explanations = vec![
             Explanation::Sign(Axis::X),
             Explanation::Sign(Axis::Y),
@@ -338,6 +342,7 @@ impl LeanRelation {
         let compared = Compared {
             start_ns: before.stamp_ns,
             window_s,
+            are_all_on,
             sigma: (self.sigma(&a, &b, window_s, are_all_on)).zip_map(&late, f64::hypot),
             measured: b,
             per_load: lean.by_load - before.lean.by_load,
@@ -434,8 +439,17 @@ impl LeanRelation {
                 }
                 _ => compared.take(unknowns, &measured, &predicted, Vector2::zeros()),
             };
-            it.evidence
-                .add(compared.start_ns, density - sound, threshold);
+            // which wheels carry the platform without one depends on the ground
+            let add = match compared.are_all_on {
+                true => Evidence::add,
+                false => Evidence::add_unproven,
+            };
+            add(
+                &mut it.evidence,
+                compared.start_ns,
+                density - sound,
+                threshold,
+            );
             if it.offset.is_some() {
                 it.refuted
                     .add(compared.start_ns, sound - density, threshold);
@@ -466,8 +480,8 @@ impl LeanRelation {
         alternatives.map(|it| (it.explanation, it.evidence.value))
     }
 
-    /// What the motion has proven: joints of which it has refuted every alternative, and whether it has those of the gyro about
-    /// x and y.
+    /// What the motion on all wheels has proven: joints of which it has refuted every alternative, and whether it has those of the
+    /// gyro about x and y.
     pub(super) fn proven(&self) -> (Proofs, bool) {
         let mut joints: Proofs = self.arm.iter().copied().map(Proof::Joint).collect();
         let mut is_gyro_proven = true;
@@ -532,6 +546,8 @@ impl LeanRelation {
 /// What is compared in a window.
 struct Compared {
     start_ns: i64,
+    /// Whether every wheel carries load.
+    are_all_on: bool,
     window_s: f64,
     sigma: Vector2<f64>,
     measured: Vector2<f64>,

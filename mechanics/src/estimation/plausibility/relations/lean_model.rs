@@ -1,20 +1,21 @@
 //! How the platform should lean, by the measured motion of the joints.
 //!
-//! About the point below the base origin on the ground, with the moment M of the weight and of the measured force on the
-//! tool, and the angular momentum H of every body but the wheels, the tyres carry the moment `N = dH/dt - M`. With the
-//! tyres' vertical stiffness k at (x, y) and the weight W, the platform sinks by the plane `z = p0 + p1 x + p2 y`:
+//! Over the point below the base origin on the ground, with the force F and the moment M of the weight and of what is measured
+//! on the tool, and the momentum P and angular momentum H of every body but the wheels, the tyres carry the load
+//! `W = dP_z/dt - F_z` and the moment `N = dH/dt - M`. With the tyres' vertical stiffness k at (x, y), the platform sinks by the
+//! plane `z = p0 + p1 x + p2 y`:
 //! ```text
 //!     sum k a a' p = (W, -N_y, N_x),  a = (1, x, y),   lean by the tyres = (-p2, p1)
 //! ```
 //! Tyres push and cannot pull: the sum is over those that carry load, and once one has left the ground the others carry it.
-//! W is taken as constant: it sinks the platform but hardly turns it. The specific force stands for gravity, so that M
-//! contains the acceleration of the platform. The derivative of H is that of its low-pass filter:
+//! The weight is that of all bodies and of the payloads that are attached. The specific force stands for gravity, so that F and M
+//! contain the acceleration of the platform. The derivative of P and H is that of their low-pass filter:
 //! `L(L(dH/dt)) = (L(H) - L(L(H))) / T`. Where wheels move on a suspension, the plane through their centres,
 //! `z = s0 + s1 x + s2 y`, leans the platform by `(-s2, s1)` more.
 
 use std::f64::consts::PI;
 
-use nalgebra::{Matrix2, Matrix3, Vector1, Vector2, Vector3};
+use nalgebra::{Matrix3, Vector1, Vector2, Vector3};
 
 use super::low_pass::{LowPass, share};
 use super::rolling::{Rolled, Rolling};
@@ -59,18 +60,14 @@ pub(super) struct LeanModel {
     sink: Matrix3<f64>,
     /// Of the sum that it inverts.
     determinant: f64,
-    /// Lean by the weight alone (rad).
-    by_weight: Vector2<f64>,
     /// Stiffness of each tyre (N/m).
     stiffness: Vec<f64>,
     /// Centre of the tyres' stiffness (m): about it, a lean shifts load and adds none.
     centre: Vector2<f64>,
-    /// Of the machine (N).
-    weight: f64,
+    /// Mean load of a wheel under the machine alone (N).
+    mean_load: f64,
     /// Rotation of the tool's frame in its body.
     body_from_tool: Option<Matrix3<f64>>,
-    /// Lean per moment N (rad/(N m)).
-    pub(super) compliance: Matrix2<f64>,
     /// Largest lean while wheels carry the machine (rad): the whole weight on the farthest wheel.
     pub(super) largest: f64,
     /// Height of the ground in the base frame (m).
@@ -82,7 +79,7 @@ pub(super) struct LeanModel {
     slow_up: LowPass<3>,
     up: LowPass<3>,
     lean: [LowPass<2>; 2],
-    momentum: [LowPass<2>; 2],
+    momentum: [LowPass<3>; 2],
 }
 
 /// What the platform stands on.
@@ -132,19 +129,18 @@ impl LeanOnTyres {
     /// Lean about x and y (rad) under the wrench of the ground about the base origin, in base axes.
     #[must_use]
     pub fn lean(&self, ground: &Wrench<f64>) -> Vector2<f64> {
-        self.0.compliance * self.moment(ground)
+        self.0.lean_by_tyres(&self.load(ground))
     }
 
-    /// The smallest load of a tyre under this wrench, as a share of the mean load.
+    /// The smallest load of a tyre under this wrench, as a share of the mean load under the machine alone.
     #[must_use]
     pub fn least_load(&self, ground: &Wrench<f64>) -> f64 {
-        self.0.least_load(&self.moment(ground), &Vector2::zeros())
+        self.0.least_load(&self.load(ground), &Vector2::zeros())
     }
 
-    /// The moment N on the tyres (N m).
-    fn moment(&self, ground: &Wrench<f64>) -> Vector2<f64> {
+    fn load(&self, ground: &Wrench<f64>) -> Vector3<f64> {
         let below = Vector3::z() * self.0.ground;
-        (ground.moment - below.cross(&ground.force)).xy()
+        load_of(&ground.force, &(ground.moment - below.cross(&ground.force)))
     }
 }
 
@@ -191,22 +187,20 @@ impl LeanModel {
             .try_inverse()
             .filter(|m| m.iter().all(|v| v.is_finite()))?;
         let centre = Vector2::new(sum[(0, 1)], sum[(0, 2)]) / sum[(0, 0)];
-        // (p1, p2) of (-N_y, N_x), lean = (-p2, p1)
-        let compliance = Matrix2::new(-sink[(2, 2)], sink[(2, 1)], sink[(1, 2)], -sink[(1, 1)]);
         let reach = wheels.iter().map(|wheel| wheel.centre_at_zero.xy().norm());
-        let largest = compliance.norm() * weight * reach.fold(0.0, f64::max);
+        let per_moment = sink.fixed_view::<2, 2>(1, 1).norm();
+        let largest = per_moment * weight * reach.fold(0.0, f64::max);
         let spins_wheel = |joint: usize| machine.joints()[joint].spins_wheel.is_some();
         let spins = (machine.bodies.iter())
             .map(|body| matches!(body.coupling, JointCoupling::Measured(j) if spins_wheel(j)));
         let rest = BodyMotion::base(Vector3::zeros(), Vector3::zeros(), Vector3::zeros());
-        let smoothed = || [LowPass::new(SMOOTHED_S), LowPass::new(SMOOTHED_S)];
         let mut state = State::zero(machine);
         for (motion, joint) in state.joints.iter_mut().zip(machine.joints()) {
             motion.position = joint.constant.unwrap_or(0.0);
         }
         let is_given = |joint: &MeasuredJoint| joint.constant.is_some() || !joint.logged;
         Some(Self {
-            weight,
+            mean_load: weight / wheels.len() as f64,
             body_from_tool: machine.tool().map(Mount::rotation_in_body),
             state,
             coordinates: vec![Coordinate::slid(0.0, 0.0, 0.0); machine.bodies.len()],
@@ -221,19 +215,17 @@ impl LeanModel {
             rolling: Rolling::new(machine),
             stiffness_is_known: is_stated && machine.suspension().is_none(),
             determinant: sum.determinant(),
-            by_weight: Vector2::new(-sink[(2, 0)], sink[(1, 0)]) * weight,
             sink,
             stiffness,
             centre,
-            compliance,
             largest,
             ground,
             tip: tip_of_arm(machine),
             tool_wrench: [Vector3::zeros(); 2],
             slow_up: LowPass::new(LEVELLED_S),
             up: LowPass::new(STANDING_S),
-            lean: smoothed(),
-            momentum: smoothed(),
+            lean: [LowPass::new(SMOOTHED_S), LowPass::new(SMOOTHED_S)],
+            momentum: [LowPass::new(SMOOTHED_S), LowPass::new(SMOOTHED_S)],
             machine: Box::new(machine.clone()),
         })
     }
@@ -241,8 +233,8 @@ impl LeanModel {
     pub(super) fn reset(&mut self) {
         self.slow_up.reset();
         self.up.reset();
-        let filters = self.lean.iter_mut().chain(&mut self.momentum);
-        filters.for_each(LowPass::reset);
+        self.lean.iter_mut().for_each(LowPass::reset);
+        self.momentum.iter_mut().for_each(LowPass::reset);
         (self.smoothed.iter_mut().flatten()).for_each(LowPass::reset);
     }
 
@@ -292,12 +284,13 @@ impl LeanModel {
             return None;
         }
         let Weighed {
+            mass,
             first,
             momentum,
             has_unknown_load,
         } = self.weigh_bodies();
-        let carried = first.cross(up) - self.tool_moment();
-        let tilted = self.lean_of(&carried.xy());
+        let carried = self.load(mass, &first, up);
+        let tilted = self.lean_of(&carried);
         let mut smoothed = tilted.angle + self.plane_of_wheels();
         let share = share(dt, SMOOTHED_S);
         for filter in &mut self.lean {
@@ -315,15 +308,18 @@ impl LeanModel {
             }
         }
         let [once, twice] = &mut self.momentum;
-        let once = once.step_by(share, &momentum.xy());
+        let once = once.step_by(share, &momentum);
         let change = (once - twice.step_by(share, &once)) / SMOOTHED_S;
-        let angle = smoothed + self.compliance * change;
+        let angle = smoothed + self.lean_by_tyres(&change);
         let tip = self.tip.map_or_else(Vector3::zeros, |tip| {
             let motion = &self.motions[tip];
             motion.origin + motion.rotation * self.machine.bodies[tip].inertia.com
         });
-        let by_load = self.compliance * tip.cross(up).xy();
-        let on = self.lean_of(&(carried.xy() + change)).on;
+        let by_load = match self.tip {
+            Some(_) => self.lean_by_tyres(&load_of(up, &tip.cross(up))),
+            None => Vector2::zeros(),
+        };
+        let on = self.lean_of(&(carried + change)).on;
         let lean = Lean {
             angle,
             by_load,
@@ -335,33 +331,35 @@ impl LeanModel {
 
     /// The lean of a machine at rest in the posture that is set, not smoothed.
     pub(super) fn posture_lean(&mut self, up: &Vector3<f64>) -> Vector2<f64> {
-        let moment = self.posture_moment(up);
-        self.lean_of(&moment).angle + self.plane_of_wheels()
+        let load = self.posture_load(up);
+        self.lean_of(&load).angle + self.plane_of_wheels()
     }
 
-    /// Whether every wheel carries load under a moment N.
-    pub(super) fn is_on_all_wheels(&self, moment: &Vector2<f64>) -> bool {
-        self.least_load(moment, &Vector2::zeros()) >= LEAST_LOAD
+    /// Whether every wheel carries load under this (W, -N_y, N_x).
+    pub(super) fn is_on_all_wheels(&self, load: &Vector3<f64>) -> bool {
+        self.least_load(load, &Vector2::zeros()) >= LEAST_LOAD
     }
 
-    /// The lean under a moment N with which every wheel carries load.
-    pub(super) fn lean_on_all_wheels(&self, moment: &Vector2<f64>) -> Vector2<f64> {
-        self.compliance * moment + self.plane_of_wheels()
+    /// The lean (rad) with which every wheel carries load, under this (W, -N_y, N_x).
+    pub(super) fn lean_on_all_wheels(&self, load: &Vector3<f64>) -> Vector2<f64> {
+        self.lean_by_tyres(load) + self.plane_of_wheels()
     }
 
-    /// The lean under a moment N on tyres that push and cannot pull: those that the platform leaves are left out until the
-    /// others carry it. The constant part of the weight is left out, too.
-    pub(super) fn lean_of(&self, moment: &Vector2<f64>) -> Tilted {
-        let load = Vector3::new(self.weight, -moment.y, moment.x);
+    fn lean_by_tyres(&self, load: &Vector3<f64>) -> Vector2<f64> {
+        lean_by(&(self.sink * load))
+    }
+
+    /// The lean under this (W, -N_y, N_x) on tyres that push and cannot pull: those that the platform leaves are left out until
+    /// the others carry it.
+    pub(super) fn lean_of(&self, load: &Vector3<f64>) -> Tilted {
         let of = |sink: &Matrix3<f64>, on| {
             let plane = sink * load;
-            let angle = Vector2::new(-plane.z, plane.y) - self.by_weight;
+            let angle = lean_by(&plane);
             (plane, Tilted { angle, on })
         };
         let wheels = self.machine.wheels();
-        let mean = self.weight / wheels.len() as f64;
         let (mut plane, on_all) = of(&self.sink, Footing::AllWheels);
-        if self.least_load(moment, &Vector2::zeros()) >= 0.0 {
+        if self.least_load(load, &Vector2::zeros()) >= 0.0 {
             return on_all;
         }
         let mut tilted = on_all;
@@ -371,7 +369,7 @@ impl LeanModel {
             let (mut least, mut leaves, mut sum) = (f64::INFINITY, 0, Matrix3::zeros());
             for (place, (wheel, stiffness)) in wheels.iter().zip(&self.stiffness).enumerate() {
                 let a = Vector3::new(1.0, wheel.centre_at_zero.x, wheel.centre_at_zero.y);
-                let share = stiffness * a.dot(&plane) / mean;
+                let share = stiffness * a.dot(&plane) / self.mean_load;
                 match left >> place.min(63) & 1 == 0 {
                     true if share < 0.0 => leaves |= 1 << place.min(63),
                     true => {
@@ -397,13 +395,27 @@ impl LeanModel {
         on_all.tipping()
     }
 
-    /// The moment N on the tyres of a machine at rest in the posture that is set (N m).
-    pub(super) fn posture_moment(&mut self, up: &Vector3<f64>) -> Vector2<f64> {
-        let (ground, mut first) = (self.ground, Vector3::zeros());
-        self.move_bodies(BodyMotion::carry_at_rest, |motion, inertia, share| {
+    /// The load (W, -N_y, N_x) on the tyres of a machine at rest in the posture that is set (N, N m).
+    pub(super) fn posture_load(&mut self, up: &Vector3<f64>) -> Vector3<f64> {
+        let (ground, mut mass, mut first) = (self.ground, 0.0, Vector3::zeros());
+        self.move_bodies(BodyMotion::carry_at_rest, |motion, inertia, share, _| {
+            mass += inertia.mass * share;
             first += place_above(ground, motion, inertia) * inertia.mass * share;
         });
-        first.cross(up).xy()
+        self.load(mass, &first, up)
+    }
+
+    /// The load (W, -N_y, N_x) of masses at rest, by their first moment (kg m), and of what is measured on the tool.
+    fn load(&self, mass: f64, first: &Vector3<f64>, up: &Vector3<f64>) -> Vector3<f64> {
+        let [force, moment] = self.on_tool();
+        load_of(&(up * mass - force), &(first.cross(up) - moment))
+    }
+
+    /// Takes what a state carries: its payloads and what is measured on the tool.
+    pub(super) fn carry(&mut self, state: &State<f64>) {
+        let shares = &mut self.state.payload_share;
+        shares.copy_from_slice(&state.payload_share);
+        self.tool_wrench = [state.tool_wrench.force, state.tool_wrench.moment];
     }
 
     /// The same in the smoothed posture, as late as the smoothed lean, with other positions of some joints.
@@ -439,28 +451,34 @@ impl LeanModel {
 
     /// Moves all bodies and sums up their moments.
     pub(super) fn weigh_bodies(&mut self) -> Weighed {
-        let ground = self.ground;
+        let (ground, mut mass) = (self.ground, 0.0);
         let (mut first, mut momentum) = (Vector3::zeros(), Vector3::zeros());
-        let has_unknown_load =
-            self.move_bodies(BodyMotion::carry_velocity, |motion, inertia, share| {
-                let [weighed, turned] = moments(motion, inertia, ground);
-                first += weighed * share;
-                momentum += turned * share;
-            });
+        let has_unknown_load = self.move_bodies(
+            BodyMotion::carry_velocity,
+            |motion, inertia, share, spins| {
+                let place = place_above(ground, motion, inertia);
+                mass += inertia.mass * share;
+                first += place * inertia.mass * share;
+                if !spins {
+                    momentum += momentum_of(motion, inertia, &place) * share;
+                }
+            },
+        );
         Weighed {
+            mass,
             first,
             momentum,
             has_unknown_load,
         }
     }
 
-    /// Moves all bodies by `carry`. `visit` receives the motion and inertia of each body but the wheels and of each payload,
-    /// and how much of it is attached, 0 to 1. Returns whether a load of unknown mass is attached.
+    /// Moves all bodies by `carry`. `visit` receives the motion and inertia of each body and of each payload, how much of it is
+    /// attached, 0 to 1, and whether it spins as a wheel. Returns whether a load of unknown mass is attached.
     #[inline(always)]
     fn move_bodies(
         &mut self,
         carry: impl Fn(&BodyMotion<f64>, &Body, &Coordinate<f64>) -> BodyMotion<f64>,
-        mut visit: impl FnMut(&BodyMotion<f64>, &Inertia, f64),
+        mut visit: impl FnMut(&BodyMotion<f64>, &Inertia, f64, bool),
     ) -> bool {
         let machine = &self.machine;
         kinematics::coordinates(machine, &self.state, &mut self.coordinates);
@@ -468,13 +486,11 @@ impl LeanModel {
             if i > 0 {
                 self.motions[i] = carry(&self.motions[body.parent], body, &self.coordinates[i]);
             }
-            if !self.spins[i] {
-                visit(&self.motions[i], &body.inertia, 1.0);
-            }
+            visit(&self.motions[i], &body.inertia, 1.0, self.spins[i]);
         }
         let mut has_unknown_load = false;
         for (payload, &share) in machine.payloads.iter().zip(&self.state.payload_share) {
-            visit(&self.motions[payload.body], &payload.inertia, share);
+            visit(&self.motions[payload.body], &payload.inertia, share, false);
             let is_unknown = payload.is_weighed() || payload.inertia.mass == 0.0;
             has_unknown_load |= payload.is_estimated && is_unknown && share > 0.0;
         }
@@ -490,16 +506,17 @@ impl LeanModel {
         self.rolling.motion(&self.motions, rate)
     }
 
-    /// Moment of the measured force on the tool about the point on the ground (N m).
-    fn tool_moment(&self) -> Vector3<f64> {
+    /// The measured force on the tool (N), and its moment about the point on the ground (N m).
+    fn on_tool(&self) -> [Vector3<f64>; 2] {
         let (Some(tool), Some(body_from_tool)) = (self.machine.tool(), &self.body_from_tool) else {
-            return Vector3::zeros();
+            return [Vector3::zeros(); 2];
         };
         let (motion, mount) = (&self.motions[tool.body], &tool.body_from_mount);
         let turned = motion.rotation * body_from_tool;
         let place = motion.origin + motion.rotation * mount.translation.vector;
         let [force, moment] = self.tool_wrench.map(|vector| turned * vector);
-        (place - Vector3::z() * self.ground).cross(&force) + moment
+        let about_ground = (place - Vector3::z() * self.ground).cross(&force) + moment;
+        [force, about_ground]
     }
 
     /// Lean because the wheels move on a suspension (rad).
@@ -511,19 +528,17 @@ impl LeanModel {
             let raised = (centre.z - at_zero.z) * stiffness;
             sum += Vector3::new(1.0, at_zero.x, at_zero.y) * raised;
         }
-        let plane = self.sink * sum;
-        Vector2::new(-plane.z, plane.y)
+        lean_by(&(self.sink * sum))
     }
 
-    /// The smallest load of a tyre under this moment N (N m) and a lean beyond that of it (rad), as a share of the mean load.
+    /// The smallest load of a tyre under this (W, -N_y, N_x) and a lean beyond that of it (rad), as a share of the mean load.
     ///
     /// ```text
     ///     z = p0 + p1 x + p2 y + l_y (x - x_c) - l_x (y - y_c),    load = k z
     /// ```
-    pub(super) fn least_load(&self, moment: &Vector2<f64>, more: &Vector2<f64>) -> f64 {
-        let (wheels, weight) = (self.machine.wheels(), self.weight);
-        let plane = self.sink * Vector3::new(weight, -moment.y, moment.x);
-        let mean = weight / wheels.len() as f64;
+    pub(super) fn least_load(&self, load: &Vector3<f64>, more: &Vector2<f64>) -> f64 {
+        let wheels = self.machine.wheels();
+        let plane = self.sink * load;
         let loads = wheels
             .iter()
             .zip(&self.stiffness)
@@ -531,32 +546,41 @@ impl LeanModel {
                 let at = wheel.centre_at_zero.xy();
                 let from_centre = at - self.centre;
                 let sunk = plane.x + plane.y * at.x + plane.z * at.y;
-                stiffness * (sunk + more.y * from_centre.x - more.x * from_centre.y) / mean
+                let sunk = sunk + more.y * from_centre.x - more.x * from_centre.y;
+                stiffness * sunk / self.mean_load
             });
         loads.fold(f64::INFINITY, f64::min)
     }
 }
 
-/// Sums over all bodies but the wheels, about the point on the ground.
+/// Sums over all bodies and what is attached to them, about the point on the ground.
 pub(super) struct Weighed {
-    /// First moment (kg m).
-    pub(super) first: Vector3<f64>,
-    /// Angular momentum (N m s).
+    /// Mass (kg) and first moment (kg m).
+    mass: f64,
+    first: Vector3<f64>,
+    /// The momentum (P_z, -H_y, H_x) of all but the wheels (N s, N m s).
     pub(super) momentum: Vector3<f64>,
     /// Whether a load of unknown mass is attached.
     pub(super) has_unknown_load: bool,
 }
 
-/// First moment about the point on the ground (kg m), and angular momentum about it (N m s).
-fn moments(motion: &BodyMotion<f64>, inertia: &Inertia, ground: f64) -> [Vector3<f64>; 2] {
+/// The momentum (P_z, -H_y, H_x) of a body whose centre of mass is there (N s, N m s).
+fn momentum_of(motion: &BodyMotion<f64>, inertia: &Inertia, place: &Vector3<f64>) -> Vector3<f64> {
     let w = &motion.angular_velocity;
-    let com = motion.rotation * inertia.com;
-    let place = place_above(ground, motion, inertia);
-    let velocity = motion.velocity + w.cross(&com);
+    let linear = (motion.velocity + w.cross(&(motion.rotation * inertia.com))) * inertia.mass;
     // The inertia tensor is not turned into base axes: three products with a vector cost less than two of matrices.
     let own = motion.rotation * (inertia.about_com * motion.rotation.tr_mul(w));
-    let momentum = place.cross(&velocity) * inertia.mass + own;
-    [place * inertia.mass, momentum]
+    load_of(&linear, &(place.cross(&linear) + own))
+}
+
+/// (W, -N_y, N_x) of a force and a moment.
+fn load_of(force: &Vector3<f64>, moment: &Vector3<f64>) -> Vector3<f64> {
+    Vector3::new(force.z, -moment.y, moment.x)
+}
+
+/// The lean (rad) about x and y by a plane.
+fn lean_by(plane: &Vector3<f64>) -> Vector2<f64> {
+    Vector2::new(-plane.z, plane.y)
 }
 
 /// Centre of mass about the point on the ground (m).

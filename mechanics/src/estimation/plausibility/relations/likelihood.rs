@@ -102,6 +102,15 @@ impl Evidence {
         self.is_refuted |= self.against > threshold;
     }
 
+    /// The same of a window that may speak for the alternative and proves nothing against it.
+    pub(super) fn add_unproven(&mut self, start_ns: i64, ratio: f64, threshold: f64) {
+        let before = (self.against, self.is_refuted);
+        self.add(start_ns, ratio, threshold);
+        if ratio < 0.0 {
+            (self.against, self.is_refuted) = before;
+        }
+    }
+
     /// Whether the windows have refuted it, as surely as they would have to show it, and have never shown it.
     pub(super) fn is_refuted(&self) -> bool {
         self.is_refuted && !self.has_stood

@@ -50,7 +50,7 @@ use super::signals::Sound;
 use crate::machine::{Machine, Proof, Proofs};
 use crate::state::{Sample, Sensor, Sensors, tilt_is_measured};
 pub use excitation::{Excitation, Unshown};
-use lean::LeanRelation;
+use lean::{BEFOREHAND, LeanRelation, of_arm};
 pub use lean_model::LeanOnTyres;
 use likelihood::Standing;
 pub use likelihood::student;
@@ -83,6 +83,8 @@ pub(in crate::estimation) struct Relations {
     way: WayRelation,
     tilt: TiltRelation,
     lean: Option<LeanRelation>,
+    /// Joints of the arm.
+    arm: Vec<usize>,
     offsets: Offsets,
     /// By stream: its joints.
     joints: Vec<Vec<usize>>,
@@ -118,6 +120,7 @@ impl Relations {
             way: WayRelation::new(threshold),
             tilt: TiltRelation::new(machine, threshold),
             lean: LeanRelation::new(machine, has_imu, threshold),
+            arm: of_arm(machine).collect(),
             offsets: Offsets::new(machine),
             joints: streams.map(|stream| stream.joints.clone()).collect(),
             threshold,
@@ -347,10 +350,12 @@ impl Relations {
         self.proven
     }
 
-    /// The probability that each joint of the arm has the other sign, by the windows so far; none where the lean is not compared.
+    /// The probability that each joint of the arm has the other sign, by the windows so far; where the lean is not compared, that
+    /// of one that nobody has tested.
     pub(in crate::estimation) fn reversed(&self) -> Vec<(usize, f64)> {
         let refuted = |explanation| self.rotation.against(explanation);
-        (self.lean.as_ref()).map_or(Vec::new(), |lean| lean.reversed(refuted))
+        let untested = || self.arm.iter().map(|&joint| (joint, BEFOREHAND)).collect();
+        (self.lean.as_ref()).map_or_else(untested, |lean| lean.reversed(refuted))
     }
 
     fn prove(&mut self) {

@@ -5,26 +5,33 @@ use nalgebra::{Vector2, Vector3};
 use super::super::super::notice::Rules;
 use super::super::lean::LeanRelation;
 use super::super::lean_model::LeanModel;
-use super::{joint, posture, steered};
+use super::{checked, joint, posture, steered};
+use crate::machine::{Machine, Proof};
 
 /// Time between samples (s), and samples of a window.
 const STEP_S: f64 = 0.01;
 const WINDOW: i64 = 50;
 
-/// The probability that the slew has the other sign after so many seconds. `slew` is its true angle (rad) at a time (s), `shown` the
-/// sign of what is measured of it, and `speed` that of the machine (m/s) in the first sample.
-fn reversed(seconds: i64, slew: impl Fn(f64) -> f64, shown: f64, speed: f64) -> f64 {
-    let machine = steered();
-    let up = Vector3::z() * machine.gravity();
-    let limits = Rules::of(&machine).limits;
-    let mut platform = LeanModel::new(&machine).unwrap();
+/// What a machine has shown after so many seconds on ground that rises to the left by an angle (rad). `slew` is its true angle
+/// (rad) at a time (s), `shown` the sign of what is measured of it, and `speed` that of the machine (m/s) in the first sample.
+fn weighed(
+    machine: &Machine,
+    rise: f64,
+    seconds: i64,
+    slew: impl Fn(f64) -> f64,
+    [shown, speed]: [f64; 2],
+) -> LeanRelation {
+    let up = Vector3::new(0.0, rise.sin(), rise.cos()) * machine.gravity();
+    let limits = Rules::of(machine).limits;
+    let mut platform = LeanModel::new(machine).unwrap();
+    platform.attach(0.0);
     let mut lean = |slew: f64| -> Vector2<f64> {
-        for (joint, position) in posture(&machine, slew).into_iter().enumerate() {
+        for (joint, position) in posture(machine, slew).into_iter().enumerate() {
             platform.set(joint, position, 0.0);
         }
         platform.posture_lean(&up)
     };
-    let mut relation = LeanRelation::new(&machine, true, 22.0).unwrap();
+    let mut relation = LeanRelation::new(machine, true, 22.0).unwrap();
     for sample in 0..seconds * 2 * WINDOW {
         let (time_s, stamp_ns) = (sample as f64 * STEP_S, sample * 10_000_000);
         let (now, next) = (slew(time_s), slew(time_s + STEP_S));
@@ -32,14 +39,19 @@ fn reversed(seconds: i64, slew: impl Fn(f64) -> f64, shown: f64, speed: f64) -> 
         let turning = Vector3::new(turning.x, turning.y, 0.0);
         let speed = if sample == 0 { speed } else { 0.0 };
         relation.take_imu(stamp_ns, [&up, &turning], Some(speed));
-        let joints = posture(&machine, shown * now).into_iter().enumerate();
+        let joints = posture(machine, shown * now).into_iter().enumerate();
         let joints = joints.map(|(joint, position)| (joint, position, 0.0));
         relation.take_joints(stamp_ns, joints, &limits);
         if sample > 0 && sample % WINDOW == 0 {
             relation.weigh(stamp_ns - 500_000_000, stamp_ns);
         }
     }
-    let of_slew = joint(&machine, "slew");
+    relation
+}
+
+/// The probability that the slew has the other sign.
+fn reversed(machine: &Machine, relation: &LeanRelation) -> f64 {
+    let of_slew = joint(machine, "slew");
     let found = relation.reversed(|_| 0.0);
     let mut found = found.into_iter().filter(|(joint, _)| *joint == of_slew);
     found.next().unwrap().1
@@ -52,16 +64,62 @@ fn turns(angle: f64, from_s: f64, in_s: f64) -> impl Fn(f64) -> f64 {
 
 #[test]
 fn a_short_turn_shows_the_sign_of_a_slew() {
-    let [right, wrong] = [1.0, -1.0].map(|sign| reversed(4, turns(1.2, 1.7, 0.9), sign, 0.0));
+    let machine = steered();
+    let after = |slew: &dyn Fn(f64) -> f64, sign: f64| {
+        reversed(&machine, &weighed(&machine, 0.0, 4, slew, [sign, 0.0]))
+    };
+    let [right, wrong] = [1.0, -1.0].map(|sign| after(&turns(1.2, 1.7, 0.9), sign));
     assert!(right < 1e-4, "{right}");
     // the gyro may have the other sign as well: that is five times less probable beforehand
     assert!(wrong > 0.7, "{wrong}");
-    let unmoved = reversed(4, |_| 0.0, 1.0, 0.0);
+    let unmoved = after(&|_| 0.0, 1.0);
     assert!((unmoved - 0.01).abs() < 2e-3, "{unmoved}");
 }
 
 #[test]
 fn a_platform_that_stood_from_the_first_sample_on_does_not_rock() {
-    let [stood, came] = [0.0, 0.3].map(|speed| reversed(3, turns(0.12, 1.2, 1.0), 1.0, speed));
+    let machine = steered();
+    let [stood, came] = [0.0, 0.3].map(|speed| {
+        let shown = weighed(&machine, 0.0, 3, turns(0.12, 1.2, 1.0), [1.0, speed]);
+        reversed(&machine, &shown)
+    });
     assert!(stood < 0.3 * came, "{stood} {came}");
+}
+
+/// They hold the wheels down: without their weight the platform would tip.
+#[test]
+fn a_slew_is_tested_under_payloads_for_a_time() {
+    let payloads = "[[payload]]\nlink = \"base_link\"\nmass = 3000.0\nto = 99.0\n\
+                    [[payload]]\nlink = \"tool\"\nmass = 500.0\nto = 99.0\n";
+    let spec = include_str!("../../../../../tests/data/rigid.toml");
+    let urdf = include_str!("../../../../../tests/data/rigid.urdf");
+    let machine = checked(&format!("{spec}\n{payloads}"), urdf);
+    let after = |sign: f64| {
+        let shown = weighed(&machine, 0.0, 4, turns(1.2, 1.7, 0.9), [sign, 0.0]);
+        reversed(&machine, &shown)
+    };
+    let [right, wrong] = [1.0, -1.0].map(after);
+    assert!(right < 1e-4 && wrong > 0.7, "{right} {wrong}");
+}
+
+/// Which wheels carry the platform then depends on the ground: it may find a wrong sensor, and proves none.
+#[test]
+fn nothing_is_proven_while_a_wheel_carries_nothing() {
+    let machine = steered();
+    let slew = joint(&machine, "slew");
+    let [level, sloped] = [0.0, 0.75].map(|rise| {
+        let shown = weighed(
+            &machine,
+            rise,
+            60,
+            |time_s| 0.5 + 0.2 * time_s.sin(),
+            [1.0, 0.0],
+        );
+        (
+            shown.proven().0.has(Proof::Joint(slew)),
+            reversed(&machine, &shown),
+        )
+    });
+    assert!(level.0 && level.1 < 1e-4, "{level:?}");
+    assert!(!sloped.0 && sloped.1 < 1e-4, "{sloped:?}");
 }

@@ -3,9 +3,11 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::super::lean_model::{Footing, LeanModel};
-use super::{bogies, joint, posture, steered};
+use super::{bogies, checked, joint, posture, steered};
+use crate::evaluate::evaluation::evaluate;
+use crate::evaluate::scope::Scope;
 use crate::machine::Machine;
-use crate::studies::static_posture::static_outcome;
+use crate::studies::static_posture::{at_rest, static_outcome};
 
 const STIFFNESS: f64 = 8e5;
 
@@ -68,18 +70,16 @@ fn a_platform_that_has_left_a_wheel_leans_on_the_others() {
         all.sum::<f64>() / wheels.len() as f64
     };
     let (x, y) = (mean(&|at| at.x), mean(&|at| at.y));
-    // a lean is counted from that under the weight alone, which sinks the front and the rear by as much less and more
-    let by_weight = weight / (4.0 * STIFFNESS) * x / mean(&|at| (at.x - x).powi(2));
     let mut footings = Vec::new();
     for share in [0.0, 0.3, 0.6, 0.8, 1.4] {
         // beside the centre of the tyres, across and forwards
         let moment = Vector2::new(y, -x) * weight + Vector2::new(0.8, 1.0) * (share * weight);
-        let tilted = model.lean_of(&moment);
+        let tilted = model.lean_of(&Vector3::new(weight, -moment.y, moment.x));
         footings.push(tilted.on);
         if tilted.on == Footing::Tips {
             continue;
         }
-        let (p1, p2) = (tilted.angle.y - by_weight, -tilted.angle.x);
+        let (p1, p2) = (tilted.angle.y, -tilted.angle.x);
         let pushed = |p0: f64| -> Vec<(f64, Vector2<f64>)> {
             let of = |wheel: &crate::machine::Wheel| {
                 let at = wheel.centre_at_zero.xy();
@@ -136,9 +136,9 @@ fn reaction_of_an_accelerating_arm_leans_the_platform() {
     let per_rate = {
         let mut model = LeanModel::new(&machine).unwrap();
         set_posture(&mut model, &positions);
-        let at_rest = model.weigh_bodies().momentum.xy();
+        let at_rest = model.weigh_bodies().momentum;
         model.set(lift, positions[lift], 1.0);
-        model.weigh_bodies().momentum.xy() - at_rest
+        model.weigh_bodies().momentum - at_rest
     };
     let acceleration = 0.7;
     let mut model = LeanModel::new(&machine).unwrap();
@@ -149,10 +149,46 @@ fn reaction_of_an_accelerating_arm_leans_the_platform() {
         angle = model.lean(0.01, &up()).unwrap().angle;
     }
     let reaction = angle - model.posture_lean(&up());
-    let expected = model.compliance * (per_rate * acceleration);
+    let expected = model.lean_on_all_wheels(&(per_rate * acceleration));
     assert!(expected.norm() > 1e-4);
     let off = (reaction - expected).norm() / expected.norm();
     assert!(off < 0.06, "{reaction} instead of {expected}");
+}
+
+/// With a payload for a time on its base and a load that hangs on the tool, and wheels that are not about the origin of the base.
+#[test]
+fn tyres_carry_what_comes_and_goes_wherever_the_origin_is() {
+    let payload = "[[payload]]\nlink = \"base_link\"\nmass = 1500.0\ncom = [-0.1, 0.2, 0.3]\nfrom = 2.0\nto = 9.0\n";
+    let spec = include_str!("../../../../../tests/data/rigid.toml");
+    let urdf = include_str!("../../../../../tests/data/rigid.urdf");
+    let urdf = (urdf.replace("'1.15 ", "'1.65 ")).replace("'-1.15 ", "'-0.65 ");
+    let machine = checked(&format!("{spec}\n{payload}"), &urdf);
+    let positions = posture(&machine, 1.2);
+    let mut model = LeanModel::new(&machine).unwrap();
+    set_posture(&mut model, &positions);
+    let mut rest = at_rest(&machine, &positions, Scope::LOADS);
+    for [share, newton] in [[0.0, 0.0], [1.0, 0.0], [1.0, 4000.0]] {
+        rest.state.payload_share = vec![share];
+        rest.state.tool_wrench.force = Vector3::new(0.2, 0.1, -1.0) * newton;
+        let outcome = evaluate(&rest.machine, &rest.state, &mut rest.workspace);
+        let (ground, loads) = (outcome.ground_wrench, outcome.load.clone());
+        model.carry(&rest.state);
+        let load = model.posture_load(&up());
+        let off = load.x / ground.force.z - 1.0;
+        assert!(off.abs() < 1e-4, "{load} {ground:?}");
+        let mean_load = machine.mass() * machine.gravity() / 4.0;
+        let least = loads.into_iter().fold(f64::INFINITY, f64::min);
+        let by_model = model.least_load(&load, &Vector2::zeros()) * mean_load;
+        assert!(
+            (by_model - least).abs() < 0.01 * mean_load,
+            "{by_model} {least}"
+        );
+    }
+    model.attach(5.0);
+    let with = model.posture_load(&up()).x;
+    model.attach(10.0);
+    let without = model.posture_load(&up()).x;
+    assert!((with - without - 1500.0 * up().z).abs() < 1e-6);
 }
 
 #[test]
