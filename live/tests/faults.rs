@@ -144,7 +144,7 @@ fn a_fall_that_is_no_longer_measured_is_a_fault() {
         let fault = bench.feed.wait_for(Duration::from_millis(600), is_fault);
         let verdict = fault.expect("a fault");
         assert!(verdict.published_ns - from_ns < 300_000_000);
-        reports(InputFault::Stale)(&verdict);
+        assert!(reports(InputFault::Stale)(&verdict));
     }
 }
 
