@@ -132,6 +132,11 @@ fn a_fall_that_is_no_longer_measured_is_a_fault() {
         while bench.feed.find(tips).is_none() {
             bench.feed.send(1);
         }
+        // by the loads; 1.3 s later it rotates for certain
+        bench.feed.send(260);
+        let is_danger = |v: &WireVerdict| v.verdict().level == Level::Danger;
+        assert!(bench.feed.find(is_danger).is_some());
+        while bench.feed.find(|_| true).is_some() {}
         let from_ns = bench.now_ns();
         let is_fault = |v: &WireVerdict| v.verdict().level == Level::Fault;
         for _ in 0..40 {
