@@ -2,7 +2,7 @@
 # Builds the packages: packaging/build.sh OUT [deb] [wheel] [sbom]; all without a choice.
 #
 #   OUT/tipwatch_VERSION_ARCH.deb     both programs, systemd units, manual pages, completions, library of C, bill of materials
-#   OUT/tipwatch-VERSION-*.whl        the Python module with both programs (abi3: Python 3.11 and later)
+#   OUT/tipwatch-VERSION-*.whl        the Python module with both programs and the library of C (abi3: Python 3.11 and later)
 #   OUT/tipwatch.cdx.json             bill of materials: every crate with version, hash and licence (CycloneDX)
 #   OUT/THIRD-PARTY.txt               the texts of these licences; packages contain it
 #
@@ -36,6 +36,29 @@ fi
 "$target/tipwatch-packaging" third-party >"$work/THIRD-PARTY.txt"
 if want sbom; then cp "$work/tipwatch.cdx.json" "$work/THIRD-PARTY.txt" "$out/"; fi
 
+# installs headers, library and example of C: where, the folder of libraries there, what pkg-config calls it
+install_client() {
+    install -D -m 644 -t "$1/include" live/include/*.h
+    # cargo leaves a library that others depend on with its dependencies
+    local library=$target/deps/libtipwatch_client.so
+    [[ -e $library ]] || library=$target/libtipwatch_client.so
+    install -D -m 644 "$library" "$1/$2/libtipwatch_client.so.0"
+    strip --strip-unneeded "$1/$2/libtipwatch_client.so.0"
+    mkdir "$1/$2/pkgconfig"
+    cat >"$1/$2/pkgconfig/tipwatch_client.pc" <<EOF
+prefix=$3
+libdir=\${prefix}/$2
+includedir=\${prefix}/include
+
+Name: tipwatch_client
+Description: Samples, verdicts and acknowledgements of tipwatch-live, in C and C++
+Version: $version
+Cflags: -I\${includedir}
+Libs: -L\${libdir} -ltipwatch_client
+EOF
+    install -D -m 644 -t "$1/share/doc/tipwatch/examples" live/examples/client.c
+}
+
 if want deb; then
     root=$work/deb
     "$target/tipwatch-packaging" pages "$work/pages"
@@ -50,28 +73,10 @@ if want deb; then
         install -D -m 644 -t "$root/usr/share/zsh/vendor-completions" "$work/pages/completions/zsh/_$program"
         install -D -m 644 -t "$root/usr/share/fish/vendor_completions.d" "$work/pages/completions/fish/$program.fish"
     done
-    install -D -m 644 -t "$root/usr/include" live/include/*.h
-    # cargo leaves a library that others depend on with its dependencies
-    library=$target/deps/libtipwatch_client.so
-    [[ -e $library ]] || library=$target/libtipwatch_client.so
     libraries=lib/$(uname -m)-linux-gnu
-    install -D -m 644 "$library" "$root/usr/$libraries/libtipwatch_client.so.0"
-    strip --strip-unneeded "$root/usr/$libraries/libtipwatch_client.so.0"
+    install_client "$root/usr" "$libraries" /usr
     ln -s libtipwatch_client.so.0 "$root/usr/$libraries/libtipwatch_client.so"
-    mkdir "$root/usr/$libraries/pkgconfig"
-    cat >"$root/usr/$libraries/pkgconfig/tipwatch_client.pc" <<EOF
-prefix=/usr
-libdir=\${prefix}/$libraries
-includedir=\${prefix}/include
-
-Name: tipwatch_client
-Description: Samples, verdicts and acknowledgements of tipwatch-live, in C and C++
-Version: $version
-Cflags: -I\${includedir}
-Libs: -L\${libdir} -ltipwatch_client
-EOF
     doc=$root/usr/share/doc/tipwatch
-    install -D -m 644 -t "$doc/examples" live/examples/client.c
     install -D -m 644 -t "$doc" "$work/tipwatch.cdx.json" README.md
     gzip -9nc CHANGELOG.md >"$doc/CHANGELOG.md.gz"
     maintainer="${DEBFULLNAME:-Tipwatch developers} <${DEBEMAIL:-tipwatch@localhost}>"
@@ -116,9 +121,13 @@ if want wheel; then
     scripts=$work/scripts
     install -D -m 755 "$target/tipwatch-live" "$scripts/tipwatch-live"
     strip --strip-unneeded "$scripts/tipwatch-live"
+    # a wheel has no links: the linker reads where the library is
+    # shellcheck disable=SC2016 # for pkg-config
+    install_client "$work/data" lib '${pcfiledir}/../..'
+    echo "INPUT(libtipwatch_client.so.0)" >"$work/data/lib/libtipwatch_client.so"
     maturin=${MATURIN:-maturin}
     "$maturin" build --profile "$profile" --locked --manifest-path analyze/python/Cargo.toml --out "$work/wheels"
-    packaging/wheel_with_files.py "$work"/wheels/*.whl "$out" --program "$scripts/tipwatch-live" \
+    packaging/wheel_with_files.py "$work"/wheels/*.whl "$out" --program "$scripts/tipwatch-live" --data "$work/data" \
         --licence LICENSE-MIT --licence LICENSE-APACHE --licence "$work/THIRD-PARTY.txt"
 fi
 ls -l "$out"

@@ -15,6 +15,21 @@ mkdir -p "$work/home"
 cd "$work"
 shopt -s nullglob
 
+# the machine in C finds headers and library, and acknowledges an alarm of the monitor: library folder, example, monitor, and what
+# pkg-config is told
+try_client() {
+    command -v cc >/dev/null && command -v pkg-config >/dev/null || return 0
+    local library=$1 example=$2 monitor=$3 found machine=$root/tests/data/tiny.toml prefix=try$$_
+    shift 3
+    found=$(env "$@" PKG_CONFIG_PATH="$library/pkgconfig" pkg-config --cflags --libs tipwatch_client)
+    # shellcheck disable=SC2086 # several words
+    cc -std=c11 -Wall -Wextra -Werror "$example" $found -lm -o client
+    clean "$monitor" monitor --quiet --prefix "$prefix" --state "$work/state" --machine "$machine" &
+    clean LD_LIBRARY_PATH="$library" ./client "$machine" "${machine%.toml}.urdf" 6 --prefix "$prefix"
+    wait $!
+    rm -rf "/dev/shm/$prefix"* "$work/state"
+}
+
 for package in "$out"/*.deb; do
     echo "== $package"
     dpkg-deb --info "$package"
@@ -46,19 +61,9 @@ for package in "$out"/*.deb; do
             test ! -s warnings || { echo "$page"; head -3 warnings; }
         fi
     done
-    if command -v cc >/dev/null && command -v pkg-config >/dev/null; then
-        # the machine in C finds headers and library, and acknowledges an alarm of the monitor
-        folders=(root/usr/lib/*-linux-gnu)
-        library=$(realpath "${folders[0]}")
-        found=$(PKG_CONFIG_SYSROOT_DIR=$work/root PKG_CONFIG_PATH=$library/pkgconfig pkg-config --cflags --libs tipwatch_client)
-        # shellcheck disable=SC2086 # several words
-        cc -std=c11 -Wall -Wextra -Werror root/usr/share/doc/tipwatch/examples/client.c $found -lm -o client
-        machine=$root/tests/data/tiny.toml prefix=try$$_
-        clean root/usr/bin/tipwatch-live monitor --quiet --prefix "$prefix" --state "$work/state" --machine "$machine" &
-        clean LD_LIBRARY_PATH="$library" ./client "$machine" "${machine%.toml}.urdf" 6 --prefix "$prefix"
-        wait $!
-        rm -f "/dev/shm/$prefix"*
-    fi
+    folders=(root/usr/lib/*-linux-gnu)
+    try_client "$(realpath "${folders[0]}")" root/usr/share/doc/tipwatch/examples/client.c root/usr/bin/tipwatch-live \
+        PKG_CONFIG_SYSROOT_DIR="$work/root"
     gunzip -c root/usr/share/man/man1/tipwatch-live-monitor.1.gz >monitor.1
     grep -q 'untimed' monitor.1
     clean bash -c 'source root/usr/share/bash-completion/completions/tipwatch && complete -p tipwatch'
@@ -93,6 +98,8 @@ END
     clean ../venv/bin/tipwatch demo >demo.txt
     head -5 demo.txt
     clean ../venv/bin/tipwatch-live --version
+    # a prefix that pkg-config works out from where the file is
+    try_client "$(realpath ../venv/lib)" ../venv/share/doc/tipwatch/examples/client.c ../venv/bin/tipwatch-live X=
     ls ../venv/lib/python3*/site-packages/tipwatch-*.dist-info/licenses
     if [[ -n ${TIPWATCH_SESSION:-} ]]; then
         clean ../venv/bin/pip install --quiet --disable-pip-version-check mypy pytest polars pyarrow 'ray' boto3 'moto[server]'

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Adds programs and licences to a wheel. pip installs the programs into the folder of the environment's programs."""
+"""Adds programs, other files and licences to a wheel. pip installs the programs into the folder of the environment's programs, the
+other files into the environment's own folder."""
 
 import argparse
 import base64
@@ -32,6 +33,7 @@ def main() -> None:
     parser.add_argument("wheel")
     parser.add_argument("out", help="folder of the new wheel")
     parser.add_argument("--program", action="append", default=[])
+    parser.add_argument("--data", help="folder of what the environment's own folder receives")
     parser.add_argument("--licence", action="append", default=[])
     asked = parser.parse_args()
     moment = time.gmtime(max(int(os.environ.get("SOURCE_DATE_EPOCH", "0")), 315532800))[:6]
@@ -39,9 +41,13 @@ def main() -> None:
         files = {info.filename: (info.external_attr >> 16 or 0o644, old.read(info)) for info in old.infolist()}
     record = next(name for name in files if name.endswith(".dist-info/RECORD"))
     information = record.removesuffix("/RECORD")
+    data = f"{information.removesuffix('.dist-info')}.data"
     for program in asked.program:
-        name = f"{information.removesuffix('.dist-info')}.data/scripts/{os.path.basename(program)}"
-        files[name] = (0o755, content(program))
+        files[f"{data}/scripts/{os.path.basename(program)}"] = (0o755, content(program))
+    for folder, _, names in os.walk(asked.data or os.devnull):
+        for name in names:
+            path = os.path.join(folder, name)
+            files[f"{data}/data/{os.path.relpath(path, asked.data)}"] = (0o644, content(path))
     licences = [os.path.basename(path) for path in asked.licence]
     for path, name in zip(asked.licence, licences):
         files[f"{information}/licenses/{name}"] = (0o644, content(path))

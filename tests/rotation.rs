@@ -543,6 +543,40 @@ fn measured_rotation_is_danger_at_once_and_for_as_long_as_it_stands() {
     assert!(verdicts.len() - first > 20);
 }
 
+// requirement: TW-VERDICT-27
+#[test]
+fn a_fall_that_is_no_longer_measured_is_a_fault() {
+    let stated = Stated::lighter();
+    let log = stated.log("silent.mcap");
+    let silent_ns = true_onset_ns() + 1_800_000_000;
+    write_kept(&data("tip_over.mcap"), &log, &|topic, time_ns| {
+        topic != "/imu/data" || time_ns < silent_ns
+    });
+    let options = Options {
+        estimator: Estimator::Causal,
+        ..Options::default()
+    };
+    let analysis = analysed_with(&log, &stated.machine, options);
+    let rows = analysis.rows.whole();
+    let verdicts = &rows.verdicts.as_ref().unwrap().verdicts;
+    let level = |after_s: f64| {
+        let at_ns = silent_ns + (after_s * 1e9) as i64;
+        let row = analysis
+            .rows
+            .times_ns
+            .iter()
+            .position(|time_ns| *time_ns > at_ns);
+        (
+            verdicts[row.unwrap()].level,
+            verdicts[row.unwrap()].held.reasons,
+        )
+    };
+    assert_eq!(level(0.0).0, Level::Danger);
+    let (level, reasons) = level(0.3);
+    assert_eq!(level, Level::Fault);
+    assert!(reasons.has(Reason::ImuGap));
+}
+
 #[test]
 fn drives_bumps_and_slopes_rotate_about_no_edge() {
     for name in [

@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use tipwatch_live::safety_limits::HEARTBEAT_NS;
 use tipwatch_live::wire::topics::{Head, Kind, Wire, WireSample, WireVerdict};
+use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::verdict::{Conditions, InputFault, Level};
 
 use crate::support::World;
@@ -120,6 +121,36 @@ fn silence_of_one_sensor_is_stale() {
         }
     }
     bench.reported_within(InputFault::Stale, Duration::from_millis(100), from_ns);
+}
+
+// requirement: TW-VERDICT-27, TW-FAULT-02
+#[test]
+fn a_fall_that_is_no_longer_measured_is_a_fault() {
+    for is_imu_alone in [true, false] {
+        let mut bench = Bench::of(&format!("fall_{is_imu_alone}"), "tip_over");
+        let tips = |v: &WireVerdict| v.row_reasons().has(Reason::Tipping);
+        while bench.feed.find(tips).is_none() {
+            bench.feed.send(1);
+        }
+        // by the loads; 1.3 s later it rotates for certain
+        bench.feed.send(260);
+        let is_danger = |v: &WireVerdict| v.verdict().level == Level::Danger;
+        assert!(bench.feed.find(is_danger).is_some());
+        while bench.feed.find(|_| true).is_some() {}
+        let from_ns = bench.now_ns();
+        let is_fault = |v: &WireVerdict| v.verdict().level == Level::Fault;
+        for _ in 0..40 {
+            if is_imu_alone && bench.feed.peek().kind != Kind::Imu as u32 {
+                bench.feed.send(1);
+            } else {
+                bench.feed.leave_out();
+            }
+        }
+        let fault = bench.feed.wait_for(Duration::from_millis(600), is_fault);
+        let verdict = fault.expect("a fault");
+        assert!(verdict.published_ns - from_ns < 300_000_000);
+        assert!(reports(InputFault::Stale)(&verdict));
+    }
 }
 
 // requirement: TW-FAULT-03

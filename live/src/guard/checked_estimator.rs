@@ -71,10 +71,10 @@ impl CheckedEstimator {
         self.estimator.last_mut()
     }
 
-    /// Whether the platform falls, by gyro and attitude alone.
+    /// Whether the platform falls, by gyro and attitude alone, as far as they are still measured.
     #[must_use]
-    pub fn rotates(&self) -> bool {
-        self.estimator.falls()
+    pub fn rotates(&self, now_ns: i64) -> bool {
+        (self.guard.stamp_ns(now_ns)).is_some_and(|stamp_ns| self.estimator.falls(stamp_ns))
     }
 
     /// Whether the mounting, a sign, the order or a scale of a sensor was ever contradicted.

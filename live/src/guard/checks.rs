@@ -29,6 +29,8 @@ pub struct Guard {
     started_ns: i64,
     /// When the last sample was received (ns).
     received_ns: i64,
+    /// Its stamp (ns).
+    stamp_ns: Option<i64>,
     next_sequence: Option<u64>,
     /// Start of the current loss window (ns), and the samples lost since.
     loss_window: (i64, u64),
@@ -109,6 +111,7 @@ impl Guard {
             max_gap_ns,
             started_ns,
             received_ns: started_ns,
+            stamp_ns: None,
             next_sequence: None,
             loss_window: (started_ns, 0),
             torn: 0,
@@ -264,6 +267,7 @@ impl Guard {
         }
         watch.accept_clock(sample.stamp_ns, published_ns);
         self.received_ns = now_ns;
+        self.stamp_ns = Some(sample.stamp_ns);
         Ok(Origin {
             watch: index,
             published_ns,
@@ -335,11 +339,26 @@ impl Guard {
     pub fn between_rows(&mut self, now_ns: i64) -> Conditions {
         self.check_freshness(now_ns);
         let mut found = self.found;
-        let silence_ns = now_ns.saturating_sub(self.received_ns);
-        if !self.is_timed() && silence_ns > UNTIMED_SILENCE_NS {
+        if !self.is_timed() && self.silence_ns(now_ns) > 0 {
             found.faults.add(InputFault::Stale);
         }
         found
+    }
+
+    /// The time (ns) by the sensors' clock: the last stamp, and the silence since; `None` before the first sample.
+    #[must_use]
+    pub fn stamp_ns(&self, now_ns: i64) -> Option<i64> {
+        Some(self.stamp_ns?.saturating_add(self.silence_ns(now_ns)))
+    }
+
+    /// For how long (ns) no sample has come. In an untimed session it counts from [`UNTIMED_SILENCE_NS`] on.
+    fn silence_ns(&self, now_ns: i64) -> i64 {
+        let silence_ns = now_ns.saturating_sub(self.received_ns);
+        if self.is_timed() || silence_ns > UNTIMED_SILENCE_NS {
+            silence_ns
+        } else {
+            0
+        }
     }
 
     /// Finds sensors that are late, stale or have never delivered at this time.

@@ -268,7 +268,9 @@ impl Monitor {
     pub fn tick(&mut self, now_ns: i64, publish: &mut Publish<'_>) {
         self.end_cycle();
         let conditions = self.input.guard.between_rows(now_ns);
-        let verdict = self.judge.between_rows(conditions, self.input.rotates());
+        let verdict = self
+            .judge
+            .between_rows(conditions, self.input.rotates(now_ns));
         let is_due = now_ns.saturating_sub(self.published_ns) >= HEARTBEAT_NS;
         if verdict != self.published || is_due {
             self.message.event = EVENT_BETWEEN;

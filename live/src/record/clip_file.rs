@@ -28,7 +28,7 @@ pub(super) struct Onset {
 
 /// A clip being written.
 pub(super) struct ClipFile {
-    segment: Segment,
+    pub(super) segment: Segment,
     /// The name it gets when it is finished.
     path: PathBuf,
     pub(super) counts: RecordCounts,

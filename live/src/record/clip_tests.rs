@@ -78,25 +78,28 @@ impl BlackBox {
     /// Steps until there are `steps`, with a trigger in those listed.
     fn run(&mut self, steps: u32, triggers: &[u32], bytes: usize) {
         while self.sequence < steps {
-            let is_met = triggers.contains(&self.sequence);
-            let verdict = Kind::Verdict {
-                is_new: is_met,
-                trigger: is_met.then_some(Trigger::Warning),
-            };
-            for kind in [Kind::Sample(0), verdict] {
-                let session_ns = i64::from(self.sequence) * STEP_NS;
-                self.pending.push(Encoded {
-                    kind,
-                    sequence: self.sequence,
-                    session_ns,
-                    log_time_ns: session_ns + 1000 * SECOND_NS,
-                    publish_time_ns: session_ns,
-                    data: vec![7; bytes],
-                });
-            }
+            self.push(triggers.contains(&self.sequence), bytes);
             self.writer.step(false);
-            self.sequence += 1;
         }
+    }
+
+    fn push(&mut self, is_met: bool, bytes: usize) {
+        let verdict = Kind::Verdict {
+            is_new: is_met,
+            trigger: is_met.then_some(Trigger::Warning),
+        };
+        for kind in [Kind::Sample(0), verdict] {
+            let session_ns = i64::from(self.sequence) * STEP_NS;
+            self.pending.push(Encoded {
+                kind,
+                sequence: self.sequence,
+                session_ns,
+                log_time_ns: session_ns + 1000 * SECOND_NS,
+                publish_time_ns: session_ns,
+                data: vec![7; bytes],
+            });
+        }
+        self.sequence += 1;
     }
 
     fn end(mut self) -> RecordCounts {
@@ -271,6 +274,23 @@ fn clip_that_cannot_be_written_is_counted_as_lost() {
     assert_eq!((counts.samples_lost, counts.verdicts_lost), (41, 41));
     assert_eq!((counts.clips, counts.short_clips), (1, 1));
     assert_eq!(steps(&clips(root.path())[0]), (220, 260, 41));
+}
+
+/// The last batch has no later try: it goes into a new file at once.
+#[test]
+fn last_batch_that_fails_is_tried_in_a_new_file() {
+    let root = tempfile::tempdir().unwrap();
+    let mut black_box = BlackBox::new(root.path(), options());
+    black_box.run(105, &[100], 50);
+    // no file may be as long
+    black_box.writer.clip.as_mut().unwrap().segment.written = i64::MAX as u64;
+    black_box.push(false, 50);
+    let counts = black_box.end();
+    assert_eq!((counts.samples, counts.samples_lost), (36, 0));
+    let clips = clips(root.path());
+    let mut spans: Vec<_> = clips.iter().map(|clip| steps(clip)).collect();
+    spans.sort_unstable();
+    assert_eq!(spans, [(70, 104, 35), (105, 105, 1)]);
 }
 
 /// Killed at any step, finished clips stay as they are; the one in progress is complete up to there, and says so.

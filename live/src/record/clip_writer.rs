@@ -11,7 +11,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use anyhow::Result;
 
@@ -22,8 +22,9 @@ use super::latched_program::LatchedProgram;
 use super::pending::{Dropped, Encoded, Kind, Pending};
 use super::ring::Ring;
 use super::sync::SyncThread;
+use super::tries::Tries;
 use super::trigger::Trigger;
-use super::writer::{BATCH_PERIOD, Plan, RETRY_PERIOD, RecordCounts};
+use super::writer::{BATCH_PERIOD, Plan, RecordCounts};
 use crate::system::clock::monotonic_ns;
 
 /// What the black box keeps.
@@ -69,14 +70,14 @@ pub(super) struct ClipWriter {
     sync: SyncThread,
     ring: Ring,
     wanted: Option<Wanted>,
-    clip: Option<ClipFile>,
+    pub(super) clip: Option<ClipFile>,
     /// Whether a sample has come.
     has_sample: bool,
     /// The condition that the last verdict met.
     met: Option<Trigger>,
     now_ns: i64,
     last_log_ns: i64,
-    failed: Option<Instant>,
+    tries: Tries,
     is_overflow_told: bool,
     counts: RecordCounts,
     program: LatchedProgram,
@@ -104,7 +105,7 @@ impl ClipWriter {
             met: None,
             now_ns: i64::MIN,
             last_log_ns: 0,
-            failed: None,
+            tries: Tries::default(),
             is_overflow_told: false,
             counts: RecordCounts::default(),
             program: LatchedProgram::default(),
@@ -146,8 +147,9 @@ impl ClipWriter {
             let clock_ns = (monotonic_ns() as f64 * self.pace) as i64;
             self.now_ns = self.now_ns.max(clock_ns);
         }
-        self.write(is_last);
-        if self.is_over(self.now_ns) {
+        let is_over = self.is_over(self.now_ns);
+        self.write(is_last || is_over);
+        if is_over {
             self.finish();
         }
     }
@@ -214,11 +216,19 @@ impl ClipWriter {
 
     /// Writes what the ring has of the wanted clip.
     fn write(&mut self, is_last: bool) {
-        let is_waiting = self.failed.is_some_and(|at| at.elapsed() < RETRY_PERIOD);
-        if is_waiting && !is_last {
-            return;
+        for _ in 0..self.tries.now(is_last) {
+            match self.write_wanted() {
+                Ok(()) => return,
+                Err(error) => self.tries.fail(&error),
+            }
         }
-        let Some(wanted) = &self.wanted else { return };
+    }
+
+    /// The same once.
+    fn write_wanted(&mut self) -> Result<()> {
+        let Some(wanted) = &self.wanted else {
+            return Ok(());
+        };
         let mut messages = Vec::new();
         while let Some(message) = self.ring.take_until(wanted.until_ns) {
             messages.push(message);
@@ -233,15 +243,11 @@ impl ClipWriter {
             let count = messages.partition_point(fits);
             let rest = messages.split_off(count);
             if let Err(error) = self.write_messages(&messages) {
-                if self.failed.replace(Instant::now()).is_none() {
-                    eprintln!("record: {error:#}; retrying in a new file");
-                }
                 messages.extend(rest);
-                return self.retreat(messages);
+                self.retreat(messages);
+                return Err(error);
             }
-            if self.failed.take().is_some() {
-                eprintln!("record: writing has resumed");
-            }
+            self.tries.succeed();
             messages = rest;
             if !messages.is_empty() {
                 let done = self.finish_file();
@@ -250,6 +256,7 @@ impl ClipWriter {
                 }
             }
         }
+        Ok(())
     }
 
     /// After a failure: what was written stays; the rest goes into a new file.

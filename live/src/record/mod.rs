@@ -27,6 +27,7 @@ mod segment;
 mod session_recorder;
 mod sync;
 mod topics;
+mod tries;
 mod trigger;
 mod writer;
 

@@ -79,7 +79,7 @@ pub(super) struct Segment {
     /// Device and number of the file: the path may come to name another.
     identity: (u64, u64),
     /// Bytes of complete chunks in the file.
-    written: u64,
+    pub(super) written: u64,
     writer: Writer<Batch>,
     batch: Batch,
     channels: Vec<u16>,

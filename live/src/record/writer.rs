@@ -15,11 +15,10 @@ use super::pending::{Dropped, Encoded, Kind, Pending};
 use super::retention::Retention;
 use super::segment::{Place, Preamble, Segment, sync_folder};
 use super::sync::SyncThread;
+use super::tries::Tries;
 
 /// Time covered by a batch. Including polling and writing, a killed process loses no more than 20 ms.
 pub(super) const BATCH_PERIOD: Duration = Duration::from_millis(8);
-/// Time before writing is retried after a failure.
-pub(super) const RETRY_PERIOD: Duration = Duration::from_secs(1);
 /// How often the files are looked for where they were written: a removed folder is noticed within a second.
 const PLACE_CHECK: Duration = Duration::from_millis(250);
 
@@ -93,7 +92,7 @@ pub(super) struct FileWriter {
     finished: Vec<Written<Place>>,
     segments: usize,
     first_ns: Option<i64>,
-    failed: Option<Instant>,
+    tries: Tries,
     counts: RecordCounts,
     program: LatchedProgram,
     /// Whether the open file has messages.
@@ -112,7 +111,7 @@ impl FileWriter {
             finished: Vec::new(),
             segments: 0,
             first_ns: None,
-            failed: None,
+            tries: Tries::default(),
             counts: RecordCounts::default(),
             program: LatchedProgram::default(),
             is_begun: false,
@@ -132,10 +131,6 @@ impl FileWriter {
             }
             self.write_pending(is_last);
             if is_last {
-                if self.failed.is_some() {
-                    // the file may have been at its limit: there is no later try in a new one
-                    self.write_pending(is_last);
-                }
                 break;
             }
             std::thread::sleep(BATCH_PERIOD);
@@ -184,8 +179,7 @@ impl FileWriter {
             lost.add(&open.counts);
             self.segment = None;
             if let Err(error) = self.open() {
-                eprintln!("record: {error:#}; retrying in a new file");
-                self.failed = Some(Instant::now());
+                self.tries.fail(&error);
             }
         }
         self.counts.samples -= lost.samples;
@@ -211,36 +205,32 @@ impl FileWriter {
     }
 
     fn write_pending(&mut self, is_last: bool) {
-        let is_waiting = self.failed.is_some_and(|at| at.elapsed() < RETRY_PERIOD);
-        if is_waiting && !is_last {
-            return;
-        }
-        let (messages, dropped) = self.pending.take();
-        if messages.is_empty() && dropped == Dropped::default() {
-            return;
-        }
-        match self.write(&messages, dropped) {
-            Ok(()) => {
-                if self.failed.take().is_some() {
-                    eprintln!("record: writing has resumed");
-                }
-                self.count(&messages, dropped);
+        for _ in 0..self.tries.now(is_last) {
+            let (messages, dropped) = self.pending.take();
+            if messages.is_empty() && dropped == Dropped::default() {
+                return;
             }
-            Err(error) => {
-                if self.failed.replace(Instant::now()).is_none() {
-                    eprintln!("record: {error:#}; retrying in a new file");
+            match self.write(&messages, dropped) {
+                Ok(()) => {
+                    self.tries.succeed();
+                    return self.count(&messages, dropped);
                 }
-                // what was written stays; the rest goes into a new file
-                if let Some(Written { file, counts }) = self.segment.take() {
-                    let file = file.place();
-                    self.finished.push(Written { file, counts });
-                }
-                let removed = self.plan.retention.make_room();
-                self.finished
-                    .retain(|written| removed.as_ref() != Some(&written.file.path));
-                self.pending.give_back(messages, dropped);
+                Err(error) => self.retreat(&error, messages, dropped),
             }
         }
+    }
+
+    /// After a failure: what was written stays; the rest goes into a new file.
+    fn retreat(&mut self, error: &anyhow::Error, messages: VecDeque<Encoded>, dropped: Dropped) {
+        self.tries.fail(error);
+        if let Some(Written { file, counts }) = self.segment.take() {
+            let file = file.place();
+            self.finished.push(Written { file, counts });
+        }
+        let removed = self.plan.retention.make_room();
+        self.finished
+            .retain(|written| removed.as_ref() != Some(&written.file.path));
+        self.pending.give_back(messages, dropped);
     }
 
     fn write(&mut self, messages: &VecDeque<Encoded>, dropped: Dropped) -> Result<()> {

@@ -131,10 +131,10 @@ impl CausalEstimator {
         self.rotation.spell()
     }
 
-    /// Whether the platform falls, by gyro and attitude alone.
+    /// Whether the platform falls, by gyro and attitude alone, as far as they are still measured at this stamp.
     #[must_use]
-    pub fn falls(&self) -> bool {
-        self.rotation.falls()
+    pub fn falls(&self, now_ns: i64) -> bool {
+        self.rotation.falls(now_ns)
     }
 
     /// Whether the mounting, a sign, the order or a scale of a sensor was ever contradicted. All rows are doubted since then.
@@ -342,7 +342,7 @@ impl CausalEstimator {
             self.estimate.reasons.add(Reason::Contradiction);
         }
         self.estimate.shown = self.plausibility.shown();
-        self.estimate.rotates = self.rotation.falls();
+        self.estimate.rotates = self.rotation.falls(time_ns);
         let supports = self.supports.as_mut();
         self.estimate.stands_on = supports.map(|supports| supports.at(machine, time_ns));
         for (value, last) in self.estimate.measured_loads.iter_mut().zip(&self.loads) {
@@ -351,7 +351,7 @@ impl CausalEstimator {
         for (command, last) in machine.joint_commands().iter().zip(&self.commands) {
             self.estimate.commands[command.joint] = last.near(time_ns, max_gap_ns);
         }
-        if self.rotation.spell().is_some() {
+        if self.estimate.rotates && self.rotation.spell().is_some() {
             self.estimate.reasons.add(Reason::Tipping);
         }
         self.weigh_by_signals(machine, elapsed_s);

@@ -172,7 +172,7 @@ impl Judge {
         let level = if rotates {
             Level::Danger
         } else if !conditions.faults.is_empty() {
-            self.fault_level(held.faults)
+            self.fault_level(&held)
         } else if !conditions.cautions.is_empty() {
             self.verdict.level.max(Level::Warning)
         } else {
@@ -270,9 +270,11 @@ impl Judge {
 
     /// The level during a fault. A machine that overturns leaves the range in which its sensors and the model
     /// hold: it stays in danger, unless the samples themselves fail to arrive.
-    fn fault_level(&self, faults: InputFaults) -> Level {
+    fn fault_level(&self, held: &HeldProblems) -> Level {
         let was_in_danger = self.danger.is_on() && self.danger_rows >= PERSISTENT;
-        if was_in_danger && faults.iter().all(InputFault::is_about_values) {
+        let arrives =
+            !held.reasons.have_gap() && held.faults.iter().all(InputFault::is_about_values);
+        if was_in_danger && arrives {
             Level::Danger
         } else {
             Level::Fault
@@ -347,7 +349,7 @@ impl Judge {
         if self.rotates {
             Level::Danger
         } else if self.fault_ns.is_some() {
-            self.fault_level(self.held.faults)
+            self.fault_level(&self.held)
         } else {
             alarm
         }

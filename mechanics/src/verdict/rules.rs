@@ -347,28 +347,34 @@ fn three_rows_of_danger_outweigh_signals_that_become_implausible() {
         }
         assert_eq!(broken(&mut rows), level, "{danger_rows}");
     }
+    // input that does not arrive, as the rows show it
+    assert_eq!(rows_in_danger().with(Reason::ImuGap), Level::Fault);
+    assert_eq!(rows_in_danger().with(Reason::ImuFault), Level::Danger);
     // rows that tip count, rows below the limit do not
     let mut rows = Rows::safe();
     for _ in 0..3 {
         rows.with(Reason::Tipping);
     }
     assert_eq!(broken(&mut rows), Level::Danger);
+    let mut rows = rows_in_danger();
+    rows.good(200);
+    assert_eq!(broken(&mut rows), Level::Fault);
+}
+
+/// A machine that has been in danger for several rows.
+fn rows_in_danger() -> Rows {
     let mut rows = Rows::safe();
     for _ in 0..5 {
         rows.give(|row| row.utilisation = 1.2);
     }
-    rows.good(200);
-    assert_eq!(broken(&mut rows), Level::Fault);
+    rows
 }
 
 // requirement: TW-VERDICT-15
 #[test]
 fn only_faults_of_values_leave_a_machine_in_danger() {
     for fault in InputFault::ALL {
-        let mut rows = Rows::safe();
-        for _ in 0..5 {
-            rows.give(|row| row.utilisation = 1.2);
-        }
+        let mut rows = rows_in_danger();
         let level = rows.give(|row| row.conditions.faults.add(fault));
         let expected = if fault.is_about_values() {
             Level::Danger

@@ -20,15 +20,18 @@ pub(super) struct EdgeAxis {
     pub(super) axis: Vector3<f64>,
     /// Standard deviation of the lean about it while the machine stands on its supports (rad).
     pub(super) lean: f64,
+    /// How far the farthest support is from it (m).
+    pub(super) width: f64,
 }
 
-/// The edges, the length over which the ground under the machine becomes another (m), and the largest distance of the base's origin
-/// from an edge (m).
+/// The edges, the length over which the ground under the machine becomes another (m), how high the base's origin is over it (m), and the
+/// radius of the largest wheel (m).
 #[derive(Debug, Clone)]
 pub(super) struct Edges {
     pub(super) all: Vec<EdgeAxis>,
     pub(super) length: f64,
-    pub(super) arm: f64,
+    pub(super) height: f64,
+    pub(super) radius: f64,
 }
 
 impl Edges {
@@ -43,11 +46,13 @@ impl Edges {
             let wheel = &wheels[wheel];
             wheel.centre_at_zero - Vector3::z() * wheel.radius
         };
-        let mut arm = 0.0_f64;
         let edges = polygon.edges().iter().filter_map(|edge| {
             let axis = (contact(edge.to) - contact(edge.from)).try_normalize(1e-9)?;
-            arm = arm.max(contact(edge.from).cross(&axis).norm());
             let across = Vector2::new(-axis.y, axis.x).try_normalize(1e-9)?;
+            let places = (0..wheels.len()).map(|wheel| (contact(wheel) - contact(edge.from)).xy());
+            let width = places
+                .map(|place| across.dot(&place).abs())
+                .reduce(f64::max)?;
             let lean = largest_lean(machine, wheels, &across).max(LEAST_LEAN);
             Some(EdgeAxis {
                 name: edge.name.clone(),
@@ -57,8 +62,10 @@ impl Edges {
                 } else {
                     lean
                 },
+                width,
             })
         });
+        let heights = (0..wheels.len()).map(|wheel| -contact(wheel).z);
         let along = wheels.iter().map(|wheel| wheel.centre_at_zero.x);
         let (first, last) = along.fold((f64::MAX, f64::MIN), |(least, most), x| {
             (least.min(x), most.max(x))
@@ -66,7 +73,8 @@ impl Edges {
         Self {
             all: edges.collect(),
             length: (last - first).max(0.5),
-            arm,
+            height: heights.fold(0.0, f64::max),
+            radius: wheels.iter().map(|wheel| wheel.radius).fold(0.0, f64::max),
         }
     }
 }

@@ -5,8 +5,11 @@
 //! ```text
 //!     angle + AHEAD_S rate > 2 lean + ground,    rate >= UNDIMINISHED (largest rate since it turns outwards)
 //! ```
-//! with the angle since it turns outwards, by its suspension left out. One that comes back from a rotation the other way counts from where
-//! its tyres carry again.
+//! with the angle since it turns outwards, without that of its suspension. One that comes back from a rotation the other way counts from
+//! where its tyres carry again. Wheels that roll climb or leave a step of the ground, all on one side at most; after a distance s
+//! ```text
+//!     sin(angle) = (sqrt(radius^2 - (along - s)^2) - (radius - height)) / width,    along = sqrt(radius^2 - (radius - height)^2)
+//! ```
 
 use nalgebra::{Vector2, Vector3};
 
@@ -29,12 +32,12 @@ const AGREES: f64 = 0.5;
 /// a fall is 3, that of a gyro that jumps falls to 1 in it.
 const GROWN: f64 = 1.5;
 const GROWN_S: f64 = 5.0 * SMOOTHED_S;
-/// Wheels roll by less than this while a platform that stands tilts over them (m).
+/// A machine whose wheels have rolled, or soon will have, by less than this while it turns has not driven onto a slope (m).
 const ROLLED_M: f64 = 0.1;
+/// Highest step that a wheel climbs, as a share of its radius.
+const STEP: f64 = 0.6;
 /// Longer than this between two samples, what happened is not known (ns).
 const GAP_NS: i64 = 200_000_000;
-/// Time over which the angular velocity by the suspension is averaged (s): its joints are sampled, and their noise counts.
-const SUSPENSION_S: f64 = 0.1;
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 /// What a source shows of the platform at a time, all in base axes.
@@ -65,7 +68,7 @@ pub struct OutwardTurn {
     pub lean: f64,
     /// How far the ground can have turned it since then (rad).
     pub by_ground: f64,
-    /// Whether its wheels have not rolled since shortly before.
+    /// Whether its wheels have hardly rolled since then, and soon will not have either.
     pub stands: bool,
 }
 
@@ -106,12 +109,10 @@ impl OutwardTurn {
 pub(super) struct Outward {
     runs: Vec<Run>,
     last_ns: Option<i64>,
-    /// Angular velocity by the suspension, about x and y (rad/s).
-    by_suspension: Vector2<f64>,
-    /// What it turned the platform by with stamps that did not advance (rad).
-    pending: Vector2<f64>,
-    /// Time in which no sample has shown the suspension (ns).
-    unseen_ns: i64,
+    /// By how much the suspension has turned the platform since then, about x and y (rad).
+    leant: Vector2<f64>,
+    /// How fast the wheels roll (m/s).
+    rolling: f64,
 }
 
 #[derive(Debug, Clone, Copy, Default)]
@@ -120,14 +121,14 @@ struct Run {
     angle: f64,
     rate: f64,
     fastest: f64,
+    /// How far the wheels have rolled (m).
+    rolled: f64,
 }
 
 /// When it began to turn outwards.
 #[derive(Debug, Clone, Copy)]
 struct Since {
     at_ns: i64,
-    /// Distance since the first sample, [`AHEAD_S`] before (m).
-    travelled: f64,
     attitude: Option<Vector3<f64>>,
     /// How far the ground under a standing machine had turned it (rad).
     settled: f64,
@@ -138,50 +139,39 @@ impl Outward {
         Self {
             runs: vec![Run::default(); edges.all.len()],
             last_ns: None,
-            by_suspension: Vector2::zeros(),
-            pending: Vector2::zeros(),
-            unseen_ns: 0,
+            leant: Vector2::zeros(),
+            rolling: 0.0,
         }
     }
 
-    /// The suspension turned the platform by so much (rad) in this time (s).
-    pub(super) fn lean(&mut self, by: &Vector2<f64>, seconds: f64) {
-        self.unseen_ns = 0;
-        self.pending += by;
-        if seconds <= 0.0 {
-            return;
-        }
-        let by = std::mem::take(&mut self.pending);
-        let share = 1.0 - (-seconds / SUSPENSION_S).exp();
-        self.by_suspension += (by / seconds - self.by_suspension) * share;
+    /// The suspension turned the platform by so much (rad).
+    pub(super) fn lean(&mut self, by: &Vector2<f64>) {
+        self.leant += by;
     }
 
-    /// Takes what the source shows; `attitude` is what the attitude shows at the same time, `travelled` the distance [`AHEAD_S`]
-    /// before, `settled` how far the ground under a standing machine has turned it.
+    /// Takes what the source shows; `attitude` is what the attitude shows at the same time, `rolling` how fast the wheels roll (m/s),
+    /// `settled` how far the ground under a standing machine has turned it.
     pub(super) fn take(
         &mut self,
         edges: &Edges,
         now_ns: i64,
         shown: &ShownUp,
         attitude: Option<&ShownUp>,
-        travelled: f64,
+        rolling: f64,
         settled: f64,
     ) {
         let last_ns = self.last_ns.replace(now_ns);
         let step_ns = last_ns.map_or(i64::MAX, |last_ns| now_ns.saturating_sub(last_ns));
-        self.unseen_ns = self.unseen_ns.saturating_add(step_ns.max(0));
-        if self.unseen_ns > GAP_NS {
-            // nobody knows whether it moves on
-            self.by_suspension = Vector2::zeros();
-        }
-        let by_suspension = Vector3::new(self.by_suspension.x, self.by_suspension.y, 0.0);
+        let leant = std::mem::take(&mut self.leant);
+        self.rolling = rolling;
         let step_s = step_ns as f64 * 1e-9;
         for (run, edge) in self.runs.iter_mut().zip(&edges.all) {
-            let rate = edge.axis.dot(&(shown.rate - by_suspension));
+            let rate = edge.axis.dot(&shown.rate);
             if step_ns > GAP_NS {
                 *run = Run::at(rate);
                 continue;
             }
+            let rate = rate - edge.axis.xy().dot(&leant) / step_s;
             run.rate += (rate - run.rate) * (1.0 - (-step_s / SMOOTHED_S).exp());
             if run.rate <= LEAST_RATE {
                 *run = Run::at(run.rate);
@@ -196,24 +186,23 @@ impl Outward {
             }
             run.since.get_or_insert(Since {
                 at_ns: now_ns,
-                travelled,
                 attitude: attitude.map(|shown| shown.up),
                 settled,
             });
             run.angle += run.rate * step_s;
+            run.rolled += rolling * step_s;
             run.fastest = run.fastest.max(run.rate);
         }
     }
 
     /// The rotations that go on and are no drift of the source. `by_ground` is how far the ground can have turned the platform about
-    /// an edge on a distance (m) since it had settled so far (rad); `travelled` is that since the first sample.
+    /// an edge on a distance (m) with a step that turns it so far (rad), since it had settled so far (rad).
     pub(super) fn turns<'o>(
         &'o self,
         edges: &'o Edges,
         attitude: Option<ShownUp>,
         is_gyro: bool,
-        travelled: f64,
-        by_ground: impl Fn(f64, f64, &Vector3<f64>) -> f64 + 'o,
+        by_ground: impl Fn(f64, f64, f64, &Vector3<f64>) -> f64 + 'o,
     ) -> impl Iterator<Item = OutwardTurn> + 'o {
         let now_ns = self.last_ns.unwrap_or_default();
         let of_edges = self.runs.iter().zip(&edges.all).enumerate();
@@ -225,9 +214,10 @@ impl Outward {
             {
                 return None;
             }
-            let travelled = travelled - since.travelled;
-            let stands = travelled < ROLLED_M;
-            let travelled = if stands { 0.0 } else { travelled };
+            let rolled = run.rolled + AHEAD_S * self.rolling;
+            let stands = rolled < ROLLED_M;
+            let driven = if stands { 0.0 } else { rolled };
+            let by_step = (climbed(rolled, edges.radius) / edge.width).min(1.0).asin();
             Some(OutwardTurn {
                 edge: index,
                 since_ns: since.at_ns,
@@ -235,11 +225,18 @@ impl Outward {
                 angle: run.angle,
                 rate: run.rate,
                 lean: edge.lean,
-                by_ground: by_ground(travelled, since.settled, &edge.axis),
+                by_ground: by_ground(driven, by_step, since.settled, &edge.axis),
                 stands,
             })
         })
     }
+}
+
+/// How far a wheel that has rolled so far is up on the highest step, or down from it (m).
+fn climbed(rolled: f64, radius: f64) -> f64 {
+    let corner = (1.0 - STEP) * radius;
+    let left = ((radius * radius - corner * corner).sqrt() - rolled).max(0.0);
+    (radius * radius - left * left).sqrt() - corner
 }
 
 impl Run {

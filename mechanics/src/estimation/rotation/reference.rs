@@ -221,16 +221,18 @@ impl Reference {
         Some(up.cross(direction).norm().atan2(up.dot(direction)))
     }
 
-    /// How far ramps and slopes on a distance, and soft ground since it had settled so far, turn a machine about an edge (rad).
+    /// How far ramps and slopes on a distance, or a step, and soft ground since it had settled so far, turn a machine about an edge (rad).
     pub(super) fn by_ground(
         &self,
         travelled: f64,
+        by_step: f64,
         settled: f64,
         axis: &Vector3<f64>,
         length: f64,
     ) -> f64 {
         let slope = GROUND_SIGMAS * ground_variance(travelled, length).sqrt();
-        by_ramp(travelled, length) * axis.y.abs() + slope + (self.settled - settled).max(0.0)
+        let by_slope = by_ramp(travelled, length) * axis.y.abs() + slope;
+        by_slope.max(by_step) + (self.settled - settled).max(0.0)
     }
 
     /// How far soft ground can have turned the machine while it stood (rad).

@@ -1,5 +1,7 @@
 //! How fast the machine travels, for what the ground under it may have become.
 
+use nalgebra::Vector2;
+
 use crate::machine::Machine;
 use crate::state::{Sample, Sensor, Sensors};
 
@@ -15,7 +17,8 @@ pub(super) struct Speed {
     streams: Vec<Vec<SpunWheel>>,
     max_gap_ns: i64,
     by_wheels: Option<(i64, f64)>,
-    by_odometry: Option<(i64, f64)>,
+    /// The speed, and the velocity along x and y (m/s).
+    by_odometry: Option<(i64, f64, Vector2<f64>)>,
 }
 
 /// A wheel of a stream.
@@ -65,8 +68,9 @@ impl Speed {
             }
             Sensor::Odometry => {
                 let squares = values.iter().take(3).map(|v| v * v).sum::<f64>();
-                if squares.is_finite() {
-                    self.by_odometry = Some((sample.stamp_ns, squares.sqrt()));
+                if let (true, &[x, y, ..]) = (squares.is_finite(), values) {
+                    let velocity = Vector2::new(x, y);
+                    self.by_odometry = Some((sample.stamp_ns, squares.sqrt(), velocity));
                 }
             }
             Sensor::Imu
@@ -81,8 +85,23 @@ impl Speed {
 
     /// The speed at a time (m/s), zero while the machine stands; `None` where nothing measures it.
     pub(super) fn at(&self, now_ns: i64) -> Option<f64> {
-        let known = [self.by_wheels, self.by_odometry].into_iter().flatten();
-        let fresh = known.filter(|(at, _)| now_ns.saturating_sub(*at) <= self.max_gap_ns);
+        let by_odometry = self.by_odometry.map(|(at_ns, speed, _)| (at_ns, speed));
+        self.fastest(now_ns, [self.by_wheels, by_odometry])
+    }
+
+    /// How fast the wheels roll at a time (m/s) where the platform has `moved` over them by its rotation along x and y (m/s).
+    pub(super) fn rolling(&self, now_ns: i64, moved: &Vector2<f64>) -> f64 {
+        let by_wheels = self
+            .by_wheels
+            .map(|(at_ns, speed)| (at_ns, (speed - moved.x.abs()).max(0.0)));
+        let by_odometry =
+            (self.by_odometry).map(|(at_ns, _, velocity)| (at_ns, (velocity - moved).norm()));
+        Self::assumed(self.fastest(now_ns, [by_wheels, by_odometry]))
+    }
+
+    fn fastest(&self, now_ns: i64, known: [Option<(i64, f64)>; 2]) -> Option<f64> {
+        let known = known.into_iter().flatten();
+        let fresh = known.filter(|(at_ns, _)| now_ns.saturating_sub(*at_ns) <= self.max_gap_ns);
         let fastest = fresh.map(|(_, speed)| speed).reduce(f64::max)?;
         Some(if fastest < STANDING { 0.0 } else { fastest })
     }

@@ -27,8 +27,8 @@ pub(super) struct SuspensionPlane {
     /// (s0, s1, s2) from the sums of the raised centres.
     solve: Matrix3<f64>,
     is_known: Vec<bool>,
-    /// The last lean, and when (ns).
-    lean: Option<(Vector2<f64>, i64)>,
+    /// The last lean.
+    lean: Option<Vector2<f64>>,
 }
 
 impl SuspensionPlane {
@@ -84,8 +84,8 @@ impl SuspensionPlane {
         (plane.is_known.iter().any(|known| !known)).then_some(plane)
     }
 
-    /// Takes joint states; returns by how much they turn the platform, about x and y (rad), and in which time (s).
-    pub(super) fn take(&mut self, sample: &Sample<'_>) -> Option<(Vector2<f64>, f64)> {
+    /// Takes joint states; returns by how much they turn the platform, about x and y (rad).
+    pub(super) fn take(&mut self, sample: &Sample<'_>) -> Option<Vector2<f64>> {
         let Sensor::Joints(stream) = sample.sensor else {
             return None;
         };
@@ -114,9 +114,7 @@ impl SuspensionPlane {
         if !lean.iter().all(|v| v.is_finite()) {
             return None;
         }
-        let (before, before_ns) = self.lean.replace((lean, sample.stamp_ns))?;
-        let seconds = sample.stamp_ns.saturating_sub(before_ns) as f64 * 1e-9;
-        Some((lean - before, seconds))
+        Some(lean - self.lean.replace(lean)?)
     }
 
     fn place(&mut self) {

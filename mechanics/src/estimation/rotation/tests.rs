@@ -14,6 +14,8 @@ use crate::state::{JointStream, Sample, Sensor, Sensors};
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 const GRAVITY: f64 = 9.8066;
 const PERIOD_NS: i64 = 8_000_000;
+/// How high the base of the machine is over the ground (m).
+const BASE_HEIGHT: f64 = 0.45;
 
 fn machine() -> Machine {
     on_tyres("8.0e5")
@@ -41,6 +43,19 @@ struct Pose {
     yaw: f64,
     speed: f64,
     acceleration: [f64; 3],
+}
+
+impl Pose {
+    fn attitude(&self) -> UnitQuaternion<f64> {
+        UnitQuaternion::from_euler_angles(self.roll, self.pitch, self.yaw)
+    }
+}
+
+/// Angular velocity of a motion (rad/s, base axes).
+fn turning(time_s: f64, pose: &dyn Fn(f64) -> Pose) -> Vector3<f64> {
+    let step_s = 1e-4;
+    let [now, soon] = [time_s, time_s + step_s].map(|time_s| pose(time_s).attitude());
+    (now.inverse() * soon).scaled_axis() / step_s
 }
 
 /// The ten values of an IMU.
@@ -98,6 +113,11 @@ impl Run<'_> {
     }
 
     fn watch_of(&self, machine: &Machine) -> Seen {
+        self.looked_at(machine, &mut |_, _| {})
+    }
+
+    /// Lets `look` see the watch after every sample of the IMU.
+    fn looked_at(&self, machine: &Machine, look: &mut dyn FnMut(&PlatformRotation, f64)) -> Seen {
         let mut watch = PlatformRotation::new(machine, &imu_and_odometry());
         let mut noise = Noise(7);
         let mut seen = Seen::default();
@@ -108,7 +128,10 @@ impl Run<'_> {
             let pose = (self.pose)(time_s);
             if step % 5 == 0 {
                 let mut values = [0.0; 10];
-                values[0] = pose.speed + 0.008 * noise.next();
+                // the base moves with the platform that turns over its wheels
+                let turning = turning(time_s, self.pose) * BASE_HEIGHT;
+                values[0] = pose.speed + turning.y + 0.008 * noise.next();
+                values[1] = -turning.x + 0.008 * noise.next();
                 values[9] = 1.0;
                 watch.step(&Sample {
                     sensor: Sensor::Odometry,
@@ -126,7 +149,8 @@ impl Run<'_> {
                 stamp_ns,
                 values: &values,
             });
-            if watch.falls() {
+            look(&watch, time_s);
+            if watch.falls(stamp_ns) {
                 seen.falls_s.get_or_insert(time_s);
             }
             if let Some(ended) = watch.ended() {
@@ -143,12 +167,8 @@ impl Run<'_> {
     }
 
     fn measured(&self, time_s: f64, pose: &Pose, noise: &mut Noise) -> Values {
-        let attitude =
-            |pose: &Pose| UnitQuaternion::from_euler_angles(pose.roll, pose.pitch, pose.yaw);
-        let now = attitude(pose);
-        let step_s = 1e-4;
-        let soon = attitude(&(self.pose)(time_s + step_s));
-        let turning = (now.inverse() * soon).scaled_axis() / step_s;
+        let now = pose.attitude();
+        let turning = turning(time_s, self.pose);
         let up = now.inverse_transform_vector(&Vector3::z());
         let force = up * GRAVITY + Vector3::from(pose.acceleration);
         let tilt = Vector3::from_fn(|_, _| 8e-4 * noise.next());
@@ -282,24 +302,18 @@ fn a_machine_that_stands_falls_from_where_tyres_and_ground_explain_it_no_longer(
 /// What moves its base, and what it stood on before, do not delay it.
 #[test]
 fn neither_the_motion_of_a_fall_nor_a_slope_at_the_start_hides_it() {
-    let rolls = |time_s: f64| {
-        let (now, soon) = (fall(4.0, 2.0)(time_s), fall(4.0, 2.0)(time_s + 1e-3));
-        Pose {
-            speed: 1.2 * (soon.roll - now.roll) / 1e-3,
-            ..now
-        }
-    };
+    let falls = fall(4.0, 2.0);
     let on_soft_tyres = Run {
         seconds: 12.0,
-        pose: &rolls,
+        pose: &falls,
         edit: SOUND,
         gap: NO_GAP,
     };
     let falls_s = on_soft_tyres.watch_of(&on_tyres("1.0e5")).falls_s.unwrap();
     assert!(
-        rolls(falls_s).roll < 10.0 * DEGREE,
+        falls(falls_s).roll < 10.0 * DEGREE,
         "{}",
-        rolls(falls_s).roll / DEGREE
+        falls(falls_s).roll / DEGREE
     );
     // no second of rest has shown that the slope is one
     let slope = 6.0 * DEGREE;
@@ -361,7 +375,7 @@ fn a_suspension_neither_hides_a_fall_nor_is_one() {
             stamp_ns: (time_s * 1e9) as i64,
             values: &values,
         };
-        plane.take(&sample).map_or(0.0, |(by, _)| by.x)
+        plane.take(&sample).map_or(0.0, |by| by.x)
     };
     let leans: Vec<f64> = (0..1000)
         .scan(0.0, |sum, step| {
@@ -407,7 +421,7 @@ fn a_suspension_neither_hides_a_fall_nor_is_one() {
                     values,
                 });
             }
-            if watch.falls() {
+            if watch.falls(stamp_ns) {
                 falls_s.get_or_insert(time_s);
             }
         }
@@ -540,6 +554,95 @@ fn a_fall_about_another_edge_by_each_sensor_is_one_fall() {
         assert_eq!(edges[spell.other_edge.unwrap()].name, "front");
         assert!(spell.largest > 46.0 * DEGREE && seen.is_open, "{spell:?}");
         assert!(spell.certainty > 0.98, "{spell:?}");
+    }
+}
+
+/// What the other source shows may come later, and the edge that each shows may become that of the other.
+#[test]
+fn two_edges_stay_two_and_the_sigma_is_that_of_the_witness() {
+    // over the right edge, and then farther over the front edge
+    let corner = |time_s: f64| Pose {
+        roll: 38.0 * DEGREE * smooth(time_s, 4.0, 5.5) - 15.0 * DEGREE * smooth(time_s, 6.5, 9.0),
+        pitch: 55.0 * DEGREE * smooth(time_s, 6.5, 9.0),
+        ..Pose::default()
+    };
+    // the gyro shows half of the first as the second, and then stands still
+    let half = |time_s: f64, values: &mut Values| {
+        exchanged(time_s, values);
+        let share = if time_s < 6.0 { 0.55 } else { 0.0 };
+        values[3..6].iter_mut().for_each(|rate| *rate *= share);
+    };
+    let seen = edited(11.0, &corner, &half);
+    let (edge, spell) = seen.only();
+    assert_eq!(spell.witness, RotationWitness::OtherEdges, "{spell:?}");
+    let edges = Edges::of(&machine()).all;
+    let other = &edges[spell.other_edge.unwrap()].name;
+    assert_eq!([edge, other], ["front", "right"], "{spell:?}");
+    // a gyro of exchanged axes alone, and then the attitude as well
+    let late = |time_s: f64, values: &mut Values| {
+        exchanged(time_s, values);
+        if (4.0..5.6).contains(&time_s) {
+            without_attitude(time_s, values);
+        }
+    };
+    // the attitude alone, and then the gyro that was silent
+    let woken = |time_s: f64, values: &mut Values| {
+        if (3.9..5.75).contains(&time_s) {
+            values[3..6].fill(f64::NAN);
+        }
+    };
+    let late_or_woken: [(NamedEdit<'_>, RotationWitness); 2] = [
+        (("late", &late), RotationWitness::OtherEdges),
+        (("woken", &woken), RotationWitness::Both),
+    ];
+    for ((name, edit), last) in late_or_woken {
+        let (mut witnesses, mut changes) = (Vec::new(), 0);
+        let run = Run {
+            seconds: 9.0,
+            pose: &fall(4.0, 4.0),
+            edit,
+            gap: NO_GAP,
+        };
+        run.looked_at(&machine(), &mut |watch, _| {
+            let Some(spell) = watch.spell() else { return };
+            let is_by_gyro = spell.witness.is_by_gyro();
+            let before: Option<RotationWitness> = witnesses.last().copied();
+            witnesses.push(spell.witness);
+            if before.is_some_and(|before| before.is_by_gyro() != is_by_gyro) {
+                let source = if is_by_gyro {
+                    &watch.by_gyro
+                } else {
+                    &watch.by_attitude
+                };
+                let claim = source.reference.claim;
+                changes += 1;
+                assert_eq!(spell.sigma, claim.sigma, "{name}: {before:?} {spell:?}");
+                assert_eq!(spell.by_ground, claim.by_ground, "{name}");
+            }
+        });
+        assert_eq!((changes, witnesses.last()), (1, Some(&last)), "{name}");
+    }
+}
+
+/// What nobody measures is not known.
+#[test]
+fn a_fall_is_known_as_long_as_it_is_measured() {
+    let fall = fall(4.0, 2.0);
+    let falls_s = run(12.0, &fall).falls_s.unwrap();
+    let silent = |from_s: f64| Run {
+        seconds: from_s,
+        pose: &fall,
+        edit: SOUND,
+        gap: NO_GAP,
+    };
+    // before and after it is certain
+    for measured_s in [falls_s + 0.05, 8.0] {
+        silent(measured_s).looked_at(&machine(), &mut |watch, time_s| {
+            if time_s + 0.02 > measured_s {
+                let falls = |later_s: f64| watch.falls(((time_s + later_s) * 1e9) as i64);
+                assert!(falls(0.2) && !falls(0.3), "{measured_s}");
+            }
+        });
     }
 }
 
@@ -757,6 +860,79 @@ fn motions_on_all_wheels_do_not_count() {
             "{name}: {seen:?}"
         );
     }
+}
+
+/// How far a wheel that has rolled so far against a kerb is up (m), or down from one.
+fn climbed(rolled: f64, height: f64, is_down: bool) -> f64 {
+    let radius = 0.35_f64;
+    let along = (2.0 * radius * height - height * height).sqrt();
+    let rolled = rolled.clamp(0.0, along);
+    match is_down {
+        false => (radius * radius - (along - rolled).powi(2)).sqrt() - (radius - height),
+        true => (radius * radius - rolled * rolled).sqrt() - radius,
+    }
+}
+
+/// The platform on four equal springs, while some of its wheels drive onto a kerb, or off it: by how much each wheel is later than the
+/// first one, along the way (m).
+fn over_kerb(
+    height: f64,
+    is_down: bool,
+    later: [Option<f64>; 4],
+    speed: f64,
+    run_up: f64,
+) -> impl Fn(f64) -> Pose {
+    move |time_s| {
+        let speeding_s = 2.0 * speed;
+        let share = ((time_s - 3.0) / speeding_s).clamp(0.0, 1.0);
+        let going = share * share * (3.0 - 2.0 * share);
+        let after_s = (time_s - 3.0 - speeding_s).max(0.0);
+        let travelled = speed * (speeding_s * (share.powi(3) - 0.5 * share.powi(4)) + after_s);
+        let [fl, fr, rl, rr] = later.map(|later| {
+            later.map_or(0.0, |later| {
+                climbed(travelled - run_up - later, height, is_down)
+            })
+        });
+        Pose {
+            roll: ((fl + rl - fr - rr) / (2.0 * 1.75)).atan(),
+            pitch: ((rl + rr - fl - fr) / (2.0 * 2.3)).atan(),
+            speed: speed * going,
+            ..Pose::default()
+        }
+    }
+}
+
+/// A wheel that rolls a little turns its machine a lot.
+#[test]
+fn kerbs_do_not_count() {
+    let wheels = [
+        ("a front wheel", [None, Some(0.0), None, None]),
+        ("a rear wheel", [None, None, Some(0.0), None]),
+        (
+            "one side after the other",
+            [None, Some(0.0), None, Some(2.3)],
+        ),
+        ("one side", [Some(0.0), None, Some(0.0), None]),
+        ("the front axle", [Some(0.0), Some(0.0), None, None]),
+    ];
+    let mut wrong = Vec::new();
+    for (name, later) in wheels {
+        for height in [0.1, 0.15, 0.2] {
+            for speed in [0.1, 0.2, 0.3, 0.5, 1.0] {
+                for (is_down, run_up) in [(false, 0.0), (false, 0.5), (true, 0.0), (true, 0.5)] {
+                    let pose = over_kerb(height, is_down, later, speed, run_up);
+                    let seconds = 5.0 + 2.0 * speed + 3.5 / speed;
+                    for (sensor, edit) in [("both", SOUND), ("gyro", &without_attitude)] {
+                        let seen = edited(seconds, &pose, edit);
+                        if !(seen.spells.is_empty() && seen.falls_s.is_none()) {
+                            wrong.push(format!("{name}, {height} m, {speed} m/s, down {is_down}, {run_up} m, {sensor}: {:?}, {} spells", seen.falls_s, seen.spells.len()));
+                        }
+                    }
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}\n{}", wrong.len(), wrong.join("\n"));
 }
 
 #[test]

@@ -1,11 +1,11 @@
 //! The watch over the rotation of a platform, sample by sample.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::attitude::UpByAttitude;
 use super::edges::Edges;
 use super::gyro::UpByGyro;
-use super::outward::{AHEAD_S, Outward, OutwardTurn, ShownUp};
+use super::outward::{Outward, OutwardTurn, ShownUp};
 use super::reference::{Claim, Reference, Step};
 use super::speed::Speed;
 use super::spell::{RotationSpell, RotationWitness, certainty};
@@ -59,8 +59,8 @@ pub struct PlatformRotation {
     suspension: Option<SuspensionPlane>,
     gyro: UpByGyro,
     attitude: UpByAttitude,
-    by_gyro: Source,
-    by_attitude: Source,
+    pub(super) by_gyro: Source,
+    pub(super) by_attitude: Source,
     /// How the platform turns outwards by gyro and by attitude.
     outward: [Outward; 2],
     /// For how many samples neither tyres nor ground have explained that.
@@ -78,14 +78,12 @@ pub struct PlatformRotation {
     /// An angle (rad), and since when the platform has kept it (ns).
     kept: (f64, i64),
     driven: f64,
-    /// Distance since the first sample, without what the rotation of the platform explains (m).
-    travelled: f64,
 }
 
 /// A source of the up direction.
 #[derive(Debug, Clone, Default)]
-struct Source {
-    reference: Reference,
+pub(super) struct Source {
+    pub(super) reference: Reference,
     last: Option<Shown>,
     /// For how many samples, and since when, it has claimed a rotation.
     claimed: Option<(u32, i64)>,
@@ -128,7 +126,6 @@ impl PlatformRotation {
             still_ns: None,
             kept: (0.0, 0),
             driven: 0.0,
-            travelled: 0.0,
         }
     }
 
@@ -170,26 +167,24 @@ impl PlatformRotation {
             } else {
                 &self.by_attitude
             };
-            let by_ground = |travelled: f64, settled: f64, axis: &Vector3<f64>| {
-                (source.reference).by_ground(travelled, settled, axis, self.edges.length)
+            let by_ground = |driven: f64, by_step: f64, settled: f64, axis: &Vector3<f64>| {
+                let length = self.edges.length;
+                (source.reference).by_ground(driven, by_step, settled, axis, length)
             };
-            (self.outward[which]).turns(
-                &self.edges,
-                attitude,
-                which == 0,
-                self.travelled,
-                by_ground,
-            )
+            (self.outward[which]).turns(&self.edges, attitude, which == 0, by_ground)
         })
     }
 
     /// Whether the platform rotates about an edge for certain, or, while the machine stands, turns outwards as neither tyres nor ground nor
-    /// suspension explain, or did shortly before: it falls.
+    /// suspension explain, or did shortly before: it falls. What neither gyro nor attitude has measured for longer than the longest gap
+    /// that is bridged is not known.
     #[must_use]
-    pub fn falls(&self) -> bool {
-        let since_ns = self.unexplained_ns.zip(self.last_ns);
-        self.spell.is_some()
-            || since_ns.is_some_and(|(at_ns, now_ns)| now_ns.saturating_sub(at_ns) < STANDS_NS)
+    pub fn falls(&self, now_ns: i64) -> bool {
+        let stands = |at_ns: i64| now_ns.saturating_sub(at_ns) < STANDS_NS;
+        let is_measured = [true, false]
+            .iter()
+            .any(|&of| self.source(of, now_ns).is_some());
+        is_measured && (self.spell.is_some() || self.unexplained_ns.is_some_and(stands))
     }
 
     /// What gyro and attitude show, as far as they were measured at this stamp.
@@ -213,11 +208,11 @@ impl PlatformRotation {
             Sensor::Joints(_) => {
                 self.speed.take(sample);
                 let leant = self.suspension.as_mut().and_then(|it| it.take(sample));
-                if let Some((leant, seconds)) = leant {
+                if let Some(leant) = leant {
                     self.by_gyro.reference.lean(&leant);
                     self.by_attitude.reference.lean(&leant);
                     for outward in &mut self.outward {
-                        outward.lean(&leant, seconds);
+                        outward.lean(&leant);
                     }
                 }
             }
@@ -301,19 +296,16 @@ impl PlatformRotation {
         }
         let dt = by_gyro.map_or_else(|| by_attitude.map_or(0.0, |it| it.dt), |it| it.dt);
         let shown = self.shown_at(now_ns);
-        // a platform that rotates about an edge moves without travelling; what a machine that drives has of it is across the edge,
-        // so that the squares add up
-        let rate = (shown.iter().flatten().next()).map_or(0.0, |of| of.rate.xy().norm());
-        let turning = rate * self.edges.arm;
-        let travels = (assumed * assumed - turning * turning).max(0.0).sqrt();
-        self.travelled += travels * dt;
-        let before = self.travelled - travels * AHEAD_S;
+        // a platform that turns over its wheels moves without travelling
+        let turning = (shown.iter().flatten().next()).map_or(Vector2::zeros(), |of| of.rate.xy());
+        let moved = Vector2::new(turning.y, -turning.x) * self.edges.height;
+        let rolling = self.speed.rolling(now_ns, &moved);
         let settled = [&self.by_gyro, &self.by_attitude].map(|it| it.reference.settled());
         let of_sources = shown.iter().zip(settled);
         for (outward, (of_source, settled)) in self.outward.iter_mut().zip(of_sources) {
             if let Some(of_source) = of_source {
                 let attitude = shown[1].as_ref();
-                outward.take(&self.edges, now_ns, of_source, attitude, before, settled);
+                outward.take(&self.edges, now_ns, of_source, attitude, rolling, settled);
             }
         }
         // ramps to its side may turn a machine that drives farther
