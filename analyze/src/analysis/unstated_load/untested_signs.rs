@@ -13,11 +13,6 @@ use crate::events::{Event, EventKind, UntestedSign, distances, normal_distributi
 /// What takes less than this from a confidence does not show in it.
 const SHOWS: f64 = 1e-3;
 
-const DERIVATIVES: Scope = Scope {
-    sensitivities: true,
-    ..Scope::LOADS
-};
-
 /// Takes from the certainty of each event that rests on computed loads what the signs of encoders leave open. `reversed` holds the
 /// probability of each joint's other sign, by the motion of the log. With it, the row on which the certainty c rests is
 /// evaluated again:
@@ -168,7 +163,7 @@ fn chance(standing: &StandingRows<'_>, state: &State<f64>, event: &Event) -> Opt
             (distances(machine, &placement, edge), 0.0)
         }
     };
-    let mut workspace = Workspace::with_scope(machine, DERIVATIVES);
+    let mut workspace = Workspace::with_scope(machine, Scope::LOADS_AND_DERIVATIVES);
     let otf = evaluate(machine, state, &mut workspace).otf.clone();
     let sum_n: f64 = otf
         .iter()

@@ -505,6 +505,8 @@ impl PlatformRotation {
                     spell.other_edge = Some(spell.edge);
                 }
                 spell.edge = claim.edge;
+                // they belong to an edge
+                (spell.sigma, spell.by_ground) = (claim.sigma, claim.by_ground);
             }
         }
         let axis = self.edges.all[spell.edge].axis;
