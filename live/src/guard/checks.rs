@@ -267,7 +267,7 @@ impl Guard {
         }
         watch.accept_clock(sample.stamp_ns, published_ns);
         self.received_ns = now_ns;
-        self.stamp_ns = Some(sample.stamp_ns);
+        self.stamp_ns = self.stamp_ns.max(Some(sample.stamp_ns));
         Ok(Origin {
             watch: index,
             published_ns,
@@ -348,7 +348,9 @@ impl Guard {
     /// The time (ns) by the sensors' clock: the last stamp, and the silence since; `None` before the first sample.
     #[must_use]
     pub fn stamp_ns(&self, now_ns: i64) -> Option<i64> {
-        Some(self.stamp_ns?.saturating_add(self.silence_ns(now_ns)))
+        let pace = self.clock.map_or(1.0, |(_, pace)| pace);
+        let silence_ns = (self.silence_ns(now_ns) as f64 * pace) as i64;
+        Some(self.stamp_ns?.saturating_add(silence_ns))
     }
 
     /// For how long (ns) no sample has come. In an untimed session it counts from [`UNTIMED_SILENCE_NS`] on.

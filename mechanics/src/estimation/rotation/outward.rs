@@ -38,6 +38,8 @@ const ROLLED_M: f64 = 0.1;
 const STEP: f64 = 0.6;
 /// Longer than this between two samples, what happened is not known (ns).
 const GAP_NS: i64 = 200_000_000;
+/// Time over which a lean of the suspension is spread (s): its joints are sampled more slowly than the gyro, and have noise.
+const SUSPENSION_S: f64 = 0.1;
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 /// What a source shows of the platform at a time, all in base axes.
@@ -109,7 +111,7 @@ impl OutwardTurn {
 pub(super) struct Outward {
     runs: Vec<Run>,
     last_ns: Option<i64>,
-    /// By how much the suspension has turned the platform since then, about x and y (rad).
+    /// By how much the suspension has turned the platform and what was not yet taken off, about x and y (rad).
     leant: Vector2<f64>,
     /// How fast the wheels roll (m/s).
     rolling: f64,
@@ -160,11 +162,18 @@ impl Outward {
         rolling: f64,
         settled: f64,
     ) {
+        if self.last_ns.is_some_and(|last_ns| now_ns <= last_ns) {
+            return;
+        }
         let last_ns = self.last_ns.replace(now_ns);
         let step_ns = last_ns.map_or(i64::MAX, |last_ns| now_ns.saturating_sub(last_ns));
-        let leant = std::mem::take(&mut self.leant);
         self.rolling = rolling;
         let step_s = step_ns as f64 * 1e-9;
+        let leant = match step_ns > GAP_NS {
+            true => self.leant,
+            false => self.leant * (1.0 - (-step_s / SUSPENSION_S).exp()),
+        };
+        self.leant -= leant;
         for (run, edge) in self.runs.iter_mut().zip(&edges.all) {
             let rate = edge.axis.dot(&shown.rate);
             if step_ns > GAP_NS {

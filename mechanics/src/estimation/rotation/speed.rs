@@ -89,13 +89,16 @@ impl Speed {
         self.fastest(now_ns, [self.by_wheels, by_odometry])
     }
 
-    /// How fast the wheels roll at a time (m/s) where the platform has `moved` over them by its rotation along x and y (m/s).
+    /// How fast the wheels roll at a time (m/s) where the platform has `moved` over them by its rotation along x and y (m/s): an odometry
+    /// shows all of that motion, or, by the wheels, none of it.
     pub(super) fn rolling(&self, now_ns: i64, moved: &Vector2<f64>) -> f64 {
         let by_wheels = self
             .by_wheels
             .map(|(at_ns, speed)| (at_ns, (speed - moved.x.abs()).max(0.0)));
-        let by_odometry =
-            (self.by_odometry).map(|(at_ns, _, velocity)| (at_ns, (velocity - moved).norm()));
+        let by_odometry = self.by_odometry.map(|(at_ns, _, velocity)| {
+            let share = velocity.dot(moved) / moved.norm_squared().max(f64::MIN_POSITIVE);
+            (at_ns, (velocity - moved * share.clamp(0.0, 1.0)).norm())
+        });
         Self::assumed(self.fastest(now_ns, [by_wheels, by_odometry]))
     }
 

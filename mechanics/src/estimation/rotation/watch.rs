@@ -181,10 +181,13 @@ impl PlatformRotation {
     #[must_use]
     pub fn falls(&self, now_ns: i64) -> bool {
         let stands = |at_ns: i64| now_ns.saturating_sub(at_ns) < STANDS_NS;
-        let is_measured = [true, false]
-            .iter()
-            .any(|&of| self.source(of, now_ns).is_some());
-        is_measured && (self.spell.is_some() || self.unexplained_ns.is_some_and(stands))
+        match &self.spell {
+            Some(spell) => self.source_of(spell, now_ns).is_some(),
+            None => {
+                let is_measured = [true, false].map(|of| self.source(of, now_ns).is_some());
+                self.unexplained_ns.is_some_and(stands) && is_measured.contains(&true)
+            }
+        }
     }
 
     /// What gyro and attitude show, as far as they were measured at this stamp.
@@ -351,6 +354,17 @@ impl PlatformRotation {
         Some((source, shown))
     }
 
+    /// Whether it is the gyro that shows how a spell goes on, and what it shows: its witness, or the other where both had shown it and the
+    /// witness is silent.
+    fn source_of(&self, spell: &RotationSpell, now_ns: i64) -> Option<(bool, &Source, Shown)> {
+        let is_gyro = spell.witness.is_by_gyro();
+        let of = |is_gyro| {
+            let (source, shown) = self.source(is_gyro, now_ns)?;
+            Some((is_gyro, source, shown))
+        };
+        of(is_gyro).or_else(|| of(!is_gyro).filter(|_| spell.witness == RotationWitness::Both))
+    }
+
     /// Begins a spell where a source shows one that is not refuted.
     fn begin(&mut self, now_ns: i64, speed: Option<f64>) {
         let mut best: Option<(bool, RotationWitness)> = None;
@@ -488,8 +502,7 @@ impl PlatformRotation {
             (spell.sigma, spell.by_ground) = (claim.sigma, claim.by_ground);
             (spell.largest, spell.largest_ns) = (claim.angle, now_ns);
         }
-        let is_gyro = spell.witness.is_by_gyro();
-        let Some((source, shown)) = self.source(is_gyro, now_ns) else {
+        let Some((is_gyro, source, shown)) = self.source_of(&spell, now_ns) else {
             return;
         };
         // a platform that falls over a corner ends on the edge that it rotates about most; one that tumbles on rotates about
