@@ -741,10 +741,58 @@ fn fall_back_onto_the_wheels_ends() {
         roll: 9.0 * DEGREE * (smooth(time_s, 3.0, 4.0) - smooth(time_s, 4.5, 5.2)),
         ..Pose::default()
     };
-    let seen = run(10.0, &pose);
-    let (edge, spell) = seen.only();
-    assert!(!seen.is_open && edge == "right", "{seen:?}");
-    assert!((spell.largest / DEGREE - 9.0).abs() < 0.7, "{spell:?}");
+    let without_gyro = |time_s: f64, values: &mut Values| {
+        if time_s >= 4.2 {
+            values[3..6].fill(f64::NAN);
+        }
+    };
+    // also where the gyro, by which it was followed, falls silent in it
+    for seen in [run(10.0, &pose), edited(10.0, &pose, &without_gyro)] {
+        let (edge, spell) = seen.only();
+        assert!(!seen.is_open && edge == "right", "{seen:?}");
+        assert!((spell.largest / DEGREE - 9.0).abs() < 0.7, "{spell:?}");
+    }
+}
+
+/// Messages of one stamp, the first without an attitude, and an odometry by wheels, which stand while the base turns over them: as
+/// by the gyro alone.
+#[test]
+fn a_stamp_that_comes_twice_delays_no_fall() {
+    let fall = fall(4.0, 2.0);
+    let sound = Run {
+        seconds: 8.0,
+        pose: &fall,
+        edit: SOUND,
+        gap: NO_GAP,
+    };
+    let mut watch = PlatformRotation::new(&machine(), &imu_and_odometry());
+    let mut noise = Noise(7);
+    let mut standing = [0.0; 10];
+    standing[9] = 1.0;
+    let mut stamps = (0..1000).map(|step| step * PERIOD_NS);
+    let falls_ns = stamps.find(|&stamp_ns| {
+        let time_s = seconds(stamp_ns);
+        let whole = sound.measured(time_s, &fall(time_s), &mut noise);
+        let mut first = whole;
+        without_attitude(time_s, &mut first);
+        let samples = [
+            (Sensor::Odometry, &standing),
+            (Sensor::Imu, &first),
+            (Sensor::Imu, &whole),
+        ];
+        for (sensor, values) in samples {
+            watch.step(&Sample {
+                sensor,
+                stamp_ns,
+                values,
+            });
+        }
+        watch.falls(stamp_ns)
+    });
+    let by_gyro = edited(8.0, &fall, &without_attitude);
+    let once_s = by_gyro.falls_s.unwrap();
+    let twice_s = seconds(falls_ns.unwrap());
+    assert!((twice_s - once_s).abs() < 0.05, "{once_s} s, {twice_s} s");
 }
 
 /// Motions on all wheels.
