@@ -53,6 +53,7 @@ impl Table {
 const ROWS_OF_A_CHUNK: usize = 1 << 16;
 
 /// The blocks of a table as they come, joined to chunks: readers that work chunk by chunk want few.
+#[derive(Default)]
 pub(crate) struct Chunks {
     /// The columns that are kept; all if `None`.
     columns: Option<Vec<String>>,
@@ -66,9 +67,7 @@ impl Chunks {
     pub(crate) fn of(columns: Option<Vec<String>>) -> Self {
         Self {
             columns,
-            whole: Vec::new(),
-            open: Vec::new(),
-            open_rows: 0,
+            ..Self::default()
         }
     }
 

@@ -62,7 +62,9 @@ pub(crate) fn weigh_signs(
         let machine = standing.machine;
         let mut state = State::zero(machine);
         table.state(row, &mut state);
-        let Some(stated) = chance(standing, &state, event).filter(|p| *p > 0.0) else {
+        let mut workspace = Workspace::with_scope(machine, Scope::LOADS_AND_DERIVATIVES);
+        let stated = chance(standing, &state, event, &mut workspace);
+        let Some(stated) = stated.filter(|p| *p > 0.0) else {
             continue;
         };
         let mut taken = 0.0;
@@ -78,7 +80,7 @@ pub(crate) fn weigh_signs(
             if limits.is_some_and(|[least, most]| position < least || most < position) {
                 continue;
             }
-            let Some(reversed) = chance(standing, &other, event) else {
+            let Some(reversed) = chance(standing, &other, event, &mut workspace) else {
                 continue;
             };
             let share = (reversed / stated).min(1.0);
@@ -142,7 +144,12 @@ fn is_off(table: &Table, edge: &str, subject: &str, from_ns: i64) -> bool {
 }
 
 /// Probability that the wheels of an event are below their limit in a state.
-fn chance(standing: &StandingRows<'_>, state: &State<f64>, event: &Event) -> Option<f64> {
+fn chance(
+    standing: &StandingRows<'_>,
+    state: &State<f64>,
+    event: &Event,
+    workspace: &mut Workspace<f64>,
+) -> Option<f64> {
     let machine = standing.machine;
     let is = |name: &str| name.to_lowercase() == event.subject;
     let (factors, limit_n): (Vec<f64>, f64) = match event.kind {
@@ -163,14 +170,13 @@ fn chance(standing: &StandingRows<'_>, state: &State<f64>, event: &Event) -> Opt
             (distances(machine, &placement, edge), 0.0)
         }
     };
-    let mut workspace = Workspace::with_scope(machine, Scope::LOADS_AND_DERIVATIVES);
-    let otf = evaluate(machine, state, &mut workspace).otf.clone();
+    let otf = &evaluate(machine, state, workspace).otf;
     let sum_n: f64 = otf
         .iter()
         .zip(&factors)
         .map(|(otf, factor)| otf * factor)
         .sum();
-    let sigma_n = combination_sigma(machine, state, &workspace, &factors);
+    let sigma_n = combination_sigma(machine, state, workspace, &factors);
     let probability = normal_distribution((limit_n - sum_n) / sigma_n);
     probability.is_finite().then_some(probability)
 }

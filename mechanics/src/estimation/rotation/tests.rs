@@ -107,7 +107,17 @@ fn imu_and_odometry() -> Sensors {
     }
 }
 
-impl Run<'_> {
+impl<'a> Run<'a> {
+    /// One with a sound IMU.
+    fn sound(seconds: f64, pose: &'a dyn Fn(f64) -> Pose) -> Self {
+        Self {
+            seconds,
+            pose,
+            edit: SOUND,
+            gap: NO_GAP,
+        }
+    }
+
     fn watch(&self) -> Seen {
         self.watch_of(&machine())
     }
@@ -303,12 +313,7 @@ fn a_machine_that_stands_falls_from_where_tyres_and_ground_explain_it_no_longer(
 #[test]
 fn neither_the_motion_of_a_fall_nor_a_slope_at_the_start_hides_it() {
     let falls = fall(4.0, 2.0);
-    let on_soft_tyres = Run {
-        seconds: 12.0,
-        pose: &falls,
-        edit: SOUND,
-        gap: NO_GAP,
-    };
+    let on_soft_tyres = Run::sound(12.0, &falls);
     let falls_s = on_soft_tyres.watch_of(&on_tyres("1.0e5")).falls_s.unwrap();
     assert!(
         falls(falls_s).roll < 10.0 * DEGREE,
@@ -403,12 +408,7 @@ fn a_suspension_neither_hides_a_fall_nor_is_one() {
             let by = if is_moved { moved(time_s) } else { 0.0 };
             let rods = [-0.1 + by, -0.1 - by, 0.0, 0.0];
             let still = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
-            let run = Run {
-                seconds: 10.0,
-                pose,
-                edit: SOUND,
-                gap: NO_GAP,
-            };
+            let run = Run::sound(10.0, pose);
             let imu = run.measured(time_s, &pose(time_s), &mut noise);
             for (sensor, values) in [
                 (Sensor::Joints(0), &rods[..]),
@@ -629,12 +629,7 @@ fn two_edges_stay_two_and_the_sigma_is_that_of_the_witness() {
 fn a_fall_is_known_as_long_as_it_is_measured() {
     let fall = fall(4.0, 2.0);
     let falls_s = run(12.0, &fall).falls_s.unwrap();
-    let silent = |from_s: f64| Run {
-        seconds: from_s,
-        pose: &fall,
-        edit: SOUND,
-        gap: NO_GAP,
-    };
+    let silent = |from_s: f64| Run::sound(from_s, &fall);
     // before and after it is certain
     for measured_s in [falls_s + 0.05, 8.0] {
         silent(measured_s).looked_at(&machine(), &mut |watch, time_s| {
@@ -759,12 +754,7 @@ fn fall_back_onto_the_wheels_ends() {
 #[test]
 fn a_stamp_that_comes_twice_delays_no_fall() {
     let fall = fall(4.0, 2.0);
-    let sound = Run {
-        seconds: 8.0,
-        pose: &fall,
-        edit: SOUND,
-        gap: NO_GAP,
-    };
+    let sound = Run::sound(8.0, &fall);
     let mut watch = PlatformRotation::new(&machine(), &imu_and_odometry());
     let mut noise = Noise(7);
     let mut standing = [0.0; 10];

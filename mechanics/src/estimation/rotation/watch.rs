@@ -162,11 +162,7 @@ impl PlatformRotation {
         let which = shown.iter().position(Option::is_some);
         let attitude = shown[1];
         which.into_iter().flat_map(move |which| {
-            let source = if which == 0 {
-                &self.by_gyro
-            } else {
-                &self.by_attitude
-            };
+            let source = self.by(which == 0);
             let by_ground = |driven: f64, by_step: f64, settled: f64, axis: &Vector3<f64>| {
                 let length = self.edges.length;
                 (source.reference).by_ground(driven, by_step, settled, axis, length)
@@ -342,13 +338,18 @@ impl PlatformRotation {
         }
     }
 
-    /// The source that shows a rotation or the other one, if it is up to date.
-    fn source(&self, is_gyro: bool, now_ns: i64) -> Option<(&Source, Shown)> {
-        let source = if is_gyro {
+    /// The source by the gyro, or by the attitude.
+    fn by(&self, is_gyro: bool) -> &Source {
+        if is_gyro {
             &self.by_gyro
         } else {
             &self.by_attitude
-        };
+        }
+    }
+
+    /// The source that shows a rotation or the other one, if it is up to date.
+    fn source(&self, is_gyro: bool, now_ns: i64) -> Option<(&Source, Shown)> {
+        let source = self.by(is_gyro);
         let shown =
             (source.last).filter(|shown| now_ns.saturating_sub(shown.at_ns) <= self.max_gap_ns)?;
         Some((source, shown))
@@ -369,11 +370,7 @@ impl PlatformRotation {
     fn begin(&mut self, now_ns: i64, speed: Option<f64>) {
         let mut best: Option<(bool, RotationWitness)> = None;
         for is_gyro in [true, false] {
-            let source = if is_gyro {
-                &self.by_gyro
-            } else {
-                &self.by_attitude
-            };
+            let source = self.by(is_gyro);
             let lasts = source.claimed.is_some_and(|(samples, since_ns)| {
                 samples >= SAMPLES && now_ns.saturating_sub(since_ns) >= LASTING_NS
             });
@@ -391,11 +388,7 @@ impl PlatformRotation {
         let Some((is_gyro, witness)) = best else {
             return;
         };
-        let source = if is_gyro {
-            &self.by_gyro
-        } else {
-            &self.by_attitude
-        };
+        let source = self.by(is_gyro);
         let (reference, claim) = (&source.reference, source.reference.claim);
         let axis = self.edges.all[claim.edge].axis;
         self.spell = Some(RotationSpell {
@@ -427,11 +420,7 @@ impl PlatformRotation {
         use RotationWitness::{
             AttitudeAlone, AttitudeNotGyro, Both, GyroAlone, GyroNotAttitude, OtherEdges,
         };
-        let source = if is_gyro {
-            &self.by_gyro
-        } else {
-            &self.by_attitude
-        };
+        let source = self.by(is_gyro);
         let claim = source.reference.claim;
         let axis = self.edges.all[claim.edge].axis;
         let is_measured = !is_gyro || !self.attitude.is_frozen(now_ns);
