@@ -1,13 +1,15 @@
 //! Gaps, disorder and duplicates are reported, never filled in.
 
-use tipwatch_analyze::base::options::Estimator;
+use tipwatch_analyze::base::options::{Estimator, Options};
+use tipwatch_analyze::events::{Event, EventKind};
 use tipwatch_analyze::load::load;
+use tipwatch_analyze::report::story;
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
-use tipwatch_mechanics::StateColumns;
 use tipwatch_mechanics::estimation::{RowClock, SmoothedRows, smooth};
 use tipwatch_mechanics::state::{Reason, Sensor};
-use tipwatch_tests::{OwnedSamples, data};
+use tipwatch_mechanics::{Quantity, StateColumns};
+use tipwatch_tests::{OwnedSamples, analysed, analysed_with, data, write_kept};
 
 /// Smooths the short log after `edit` has changed its recordings.
 fn smoothed(edit: impl Fn(&mut OwnedSamples)) -> SmoothedRows {
@@ -133,4 +135,59 @@ fn disorder_and_duplicates_change_nothing() {
     );
     let first = |rows: &StateColumns| -> Vec<f64> { rows.column(0).collect() };
     assert_eq!(first(&straight.states), first(&shuffled.states));
+}
+
+/// The joints end while a wheel is off the ground, the log goes on: nothing says that the wheel stayed off until the log ended.
+#[test]
+fn what_follows_the_last_row_is_not_known() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("swing_lift.mcap");
+    let whole = analysed(&data("swing_lift.mcap"), Options::default());
+    assert_eq!(whole.coverage.after_rows_s, 0.0);
+    let is_lift = |event: &&Event| event.kind == EventKind::WheelLift;
+    let lift = whole.events.iter().find(is_lift).unwrap();
+    let end_ns = lift.end_ns.unwrap();
+    // the wheel was light for longer than it was off the ground
+    let ends = format!("At t = {:.2} s every wheel carried load again", {
+        (end_ns - whole.rows.times_ns[0]) as f64 * 1e-9
+    });
+    let told = story(&whole);
+    assert!(told.last().unwrap().starts_with(&ends), "{told:?}, {ends}");
+
+    let until_ns = end_ns - (end_ns - lift.start_ns) / 2;
+    write_kept(&data("swing_lift.mcap"), &log, &|topic, time_ns| {
+        topic != "/joint_states" || time_ns < until_ns
+    });
+    let cut = analysed_with(&log, &data("swing_lift.toml"), Options::default());
+    let lift = cut.events.iter().find(is_lift).unwrap();
+    assert_eq!(lift.end_ns, None);
+    let last_ns = *cut.rows.times_ns.last().unwrap();
+    let whole_ns = *whole.rows.times_ns.last().unwrap();
+    let after_s = (whole_ns - last_ns) as f64 * 1e-9;
+    assert!(
+        (cut.coverage.after_rows_s - after_s).abs() < 0.1,
+        "{:?}",
+        cut.coverage
+    );
+}
+
+/// Causes count from a moment at which no wheel was light yet.
+#[test]
+fn a_steady_moment_before_an_event_is_before_all_of_it() {
+    for name in ["swing_lift", "side_reach", "tip_over", "unstated_load"] {
+        let found = analysed(&data(&format!("{name}.mcap")), Options::default());
+        let limits = found.min_loads_n.as_ref().unwrap();
+        let causes = found
+            .events
+            .iter()
+            .filter_map(|event| event.causes.as_ref());
+        for causes in causes.filter(|causes| causes.since_is_steady) {
+            let row = found.rows.at(causes.since_ns);
+            let window = found.rows.window(row..row + 1);
+            for (wheel, limit_n) in limits.iter().enumerate() {
+                let load_n = window.value(Quantity::Load(wheel), 0);
+                assert!(load_n > *limit_n, "{name}: {load_n} N of wheel {wheel}");
+            }
+        }
+    }
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::base::options::Options;
-use tipwatch_analyze::events::{Event, EventKind, Supposition};
+use tipwatch_analyze::events::{Event, EventKind, ShownBy, Supposition};
 use tipwatch_analyze::tables::parquet;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::Reason;
@@ -434,6 +434,17 @@ fn val_forklift_on_three_points_lifts_its_uphill_front_wheel() {
         (found_s - lift_s).abs() < 0.3,
         "{found_s} s, in truth {lift_s} s"
     );
+    // over its side it tips about the line from the front wheel to the pivot: the axle stays on the ground until its stop
+    let stop_s = truth.first_zero_s("rl", 0.0, 11.5);
+    let of_axle = analysis.events.iter().filter(|event| event.subject == "rl");
+    for event in of_axle {
+        let found_s = start_s(&analysis, event);
+        assert!(found_s > stop_s - 0.3, "{event:?}, in truth {stop_s} s");
+    }
+    let fall = of_kind(&analysis, EventKind::TipOver);
+    assert_eq!(fall[0].shown_by, Some(ShownBy::Loads));
+    // and the moment about the edge weighs nothing
+    assert!(analysis.explained_falls.is_empty());
 }
 
 #[test]

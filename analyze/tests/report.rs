@@ -356,10 +356,14 @@ mod needs_browser {
         ] {
             let out = TempDir::new().unwrap();
             let (log, machine) = (data(&format!("{name}.mcap")), data(&format!("{name}.toml")));
-            let arguments = ["analyze", text(&log), "--machine", text(&machine)];
-            let analysed = tipwatch(&[&arguments[..], &["--out", text(out.path())]].concat());
-            assert_eq!(analysed.status.code(), Some(0), "{}", stderr(&analysed));
-            run_python(&[text(&script), text(&out.path().join("report.html"))]);
+            for language in ["en", "de"] {
+                let out = out.path().join(language);
+                let arguments = ["analyze", text(&log), "--machine", text(&machine)];
+                let place = ["--lang", language, "--out", text(&out)];
+                let analysed = tipwatch(&[&arguments[..], &place].concat());
+                assert_eq!(analysed.status.code(), Some(0), "{}", stderr(&analysed));
+                run_python(&[text(&script), text(&out.join("report.html"))]);
+            }
         }
     }
 

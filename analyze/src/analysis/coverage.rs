@@ -41,6 +41,10 @@ pub struct Coverage {
     /// Time in which the machine lay on its side, and no wheel carried it (s); absent if it did not.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub on_side_s: f64,
+    /// Time that the log goes on after the last row (s): a joint ends before it. Absent if that is no longer than the
+    /// estimator bridges.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub after_rows_s: f64,
     /// Rows with wheel loads: the valid ones, and those of a machine that tips.
     pub computable_rows: u64,
     /// Time in it in which signals that the loads rest on contradict each other (s).
@@ -62,7 +66,11 @@ impl Coverage {
         rotations: &[FoundRotation],
         options: &Options,
     ) -> Self {
-        let covered_s = covered_s(loaded, options);
+        let [first_ns, last_ns] = covered_ns(loaded, options).unwrap_or_default();
+        let covered_s = last_ns.saturating_sub(first_ns).max(0) as f64 * 1e-9;
+        let last_row_ns = rows.times_ns.last().copied().unwrap_or(last_ns);
+        let after_rows_ns = last_ns.saturating_sub(last_row_ns);
+        let goes_on = after_rows_ns > loaded.machine.longest_known_gap_ns();
         let on_side_s = on_side_s(rows, rotations).min(covered_s);
         let on_wheels_s = covered_s - on_side_s;
         let [computable_s, doubted_s] =
@@ -73,6 +81,11 @@ impl Coverage {
             computable_s,
             valid_share: (on_wheels_s > 0.0).then(|| (computable_s / on_wheels_s).min(1.0)),
             on_side_s,
+            after_rows_s: if goes_on {
+                after_rows_ns as f64 * 1e-9
+            } else {
+                0.0
+            },
             computable_rows: computable.count() as u64,
             doubted_s,
             unused_forces: unused_forces(loaded),
@@ -143,14 +156,12 @@ fn on_side_s(rows: &Table, rotations: &[FoundRotation]) -> f64 {
     within.map(|ns| ns as f64 * 1e-9).sum()
 }
 
-/// The time that the log covers, on the clock of the stamps. Before the first and after the last used
+/// The time that the log covers, first and last (ns), on the clock of the stamps; `None` without a sample. Before the first and after the last used
 /// sample, it is the log time that counts: other topics have no stamps on this clock.
-fn covered_s(loaded: &LoadedLog, options: &Options) -> f64 {
+fn covered_ns(loaded: &LoadedLog, options: &Options) -> Option<[i64; 2]> {
     let needed = |signal: &&Signal| is_needed(loaded, signal.sensor);
     let recordings = || (loaded.signals.iter().filter(needed)).map(|signal| &signal.recording);
-    let Some((mut first, mut last)) = ends(recordings().flat_map(|r| &r.stamps_ns)) else {
-        return 0.0;
-    };
+    let (mut first, mut last) = ends(recordings().flat_map(|r| &r.stamps_ns))?;
     let used = recordings().filter_map(|r| r.log_span_ns);
     let used = used.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
     let (used_first, used_last) = used.unwrap_or((first, last));
@@ -173,11 +184,10 @@ fn covered_s(loaded: &LoadedLog, options: &Options) -> f64 {
     last = last.saturating_add(after_ns);
     // the requested range counts from the first row
     let rows_from = first_joint_stamp(loaded).unwrap_or(first);
-    let at = |seconds: f64| rows_from as f64 + seconds * 1e9;
-    let cut_first = options.from_s.map_or(0.0, |from| at(from) - first as f64);
-    let cut_last = options.to_s.map_or(0.0, |to| last as f64 - at(to));
-    let whole_ns = (i128::from(last) - i128::from(first)) as f64;
-    ((whole_ns - cut_first.max(0.0) - cut_last.max(0.0)) * 1e-9).max(0.0)
+    let at = |seconds: f64| rows_from.saturating_add((seconds * 1e9).round() as i64);
+    let first = options.from_s.map_or(first, |from| at(from).max(first));
+    let last = options.to_s.map_or(last, |to| at(to).min(last));
+    Some([first, last])
 }
 
 fn ends<'a>(times: impl Iterator<Item = &'a i64>) -> Option<(i64, i64)> {

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use tipwatch_language::{is_english, say, told, word};
 
 use super::comparison::Comparison;
-use super::facts::{EventPair, formatted};
+use super::facts::{EventPair, FactDifference, formatted};
 use super::inputs::{InputDifference, NOT_HELD, in_words};
 use super::series::printed_unit;
 use super::side::SideSummary;
@@ -38,7 +38,9 @@ pub fn as_text(comparison: &Comparison, all: bool) -> String {
         "B - A"
     );
     let mut counted = (String::new(), 0);
-    for fact in &comparison.facts {
+    // what neither has tells nothing
+    let is_told = |fact: &&FactDifference| all || [fact.a, fact.b] != [Some(0.0); 2];
+    for fact in comparison.facts.iter().filter(is_told) {
         if within(&mut counted, fact.unit, most) {
             let value = |value: Option<f64>| formatted(value, fact.unit);
             let _ = writeln!(

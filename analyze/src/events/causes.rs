@@ -101,9 +101,9 @@ impl SteadyRows {
         Some(run.1.min(row))
     }
 
-    /// Looks at the next rows.
-    pub(super) fn add(&mut self, machine: &Machine, rows: &Rows) {
-        let of = OfRows::new(machine, rows);
+    /// Looks at the next rows. While a wheel carries less than its limit (N), the machine is no longer as it was before.
+    pub(super) fn add(&mut self, machine: &Machine, rows: &Rows, min_loads_n: Option<&[f64]>) {
+        let of = OfRows::new(machine, rows, min_loads_n);
         let mut state = State::zero(machine);
         for row in 0..rows.len() {
             let is_steady = rows.is_valid(row) && of.is_steady(row, &mut state);
@@ -131,12 +131,18 @@ struct OfRows<'a> {
     machine: &'a Machine,
     rows: &'a Rows,
     weight: &'a [f64],
+    /// By wheel, its load and the least of a wheel that is not light (N).
+    loads: Vec<(&'a [f64], f64)>,
     /// By wheel, the contributions of motion to its load.
     motion: Vec<[&'a [f64]; OF_MOTION.len()]>,
 }
 
 impl<'a> OfRows<'a> {
-    fn new(machine: &'a Machine, rows: &'a Rows) -> Self {
+    fn new(machine: &'a Machine, rows: &'a Rows, min_loads_n: Option<&[f64]>) -> Self {
+        let load = |wheel: usize| {
+            let least_n = min_loads_n.map_or(0.0, |limits| limits[wheel].max(0.0));
+            (rows.outcomes.column(Quantity::Load(wheel)), least_n)
+        };
         let of_wheel = |wheel: usize| {
             OF_MOTION.map(|cause| rows.outcomes.column(Quantity::Contribution(cause, wheel)))
         };
@@ -144,11 +150,12 @@ impl<'a> OfRows<'a> {
             machine,
             rows,
             weight: rows.outcomes.column(Quantity::NormalForce),
+            loads: (0..machine.wheels().len()).map(load).collect(),
             motion: (0..machine.wheels().len()).map(of_wheel).collect(),
         }
     }
 
-    /// Whether nothing moves or accelerates, except perhaps the wheels at constant speed. Without an attitude,
+    /// Whether nothing moves or accelerates, except perhaps the wheels at constant speed, and no wheel is light. Without an attitude,
     /// acceleration and slope cannot be told apart, so the wheels must stand still too.
     fn is_steady(&self, row: usize, state: &mut State<f64>) -> bool {
         let mean_n = self.weight[row] / self.motion.len() as f64;
@@ -156,7 +163,10 @@ impl<'a> OfRows<'a> {
             let known = columns.iter().map(|column| column[row]);
             known.filter(|n| n.is_finite()).sum()
         });
-        if !moved.all(|n| n.abs() < STEADY_LOAD_SHARE * mean_n) {
+        let mut loads = self.loads.iter();
+        if !moved.all(|n| n.abs() < STEADY_LOAD_SHARE * mean_n)
+            || loads.any(|(load_n, least_n)| load_n[row] <= *least_n)
+        {
             return false;
         }
         self.rows.states.get(row, state);

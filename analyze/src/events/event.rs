@@ -260,6 +260,13 @@ pub struct EventCauses {
     pub shares: Vec<CauseShare>,
 }
 
+impl EventCauses {
+    /// Whether load was lost since the start of the comparison.
+    pub(crate) fn is_loss(&self) -> bool {
+        self.otf_before_n > self.otf_n
+    }
+}
+
 /// Share of one cause.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct CauseShare {

@@ -119,7 +119,7 @@ impl<'a> EventPass<'a> {
         self.rows.add(rows);
         self.unloaded.take(self.machine, rows);
         if self.scope.contributions {
-            self.steady.add(self.machine, rows);
+            self.steady.add(self.machine, rows, self.min_loads_n);
         }
         for row in self.remarkable(rows) {
             self.close_before(row);

@@ -12,7 +12,7 @@ use super::event::{Bound, Event, EventKind, MeasuredRotation, ShownBy};
 use super::pages::MOST_ROWS_BACK;
 use super::rotation::FoundRotation;
 use super::row_derivatives::RowDerivatives;
-use super::tipping::{ROTATES_SIGMAS, distances};
+use super::tipping::{ROTATES_SIGMAS, distances, tipping_line};
 use crate::base::table::Table;
 
 /// Where gravity through the stated centre of mass passes over an edge.
@@ -227,7 +227,6 @@ impl Stories<'_> {
         let edge = edges
             .iter()
             .position(|edge| edge.name.to_lowercase() == rotation.edge)?;
-        let spec = &edges[edge];
         let until = self
             .row_at(start_ns.saturating_add(1))
             .min(self.table.len());
@@ -247,10 +246,10 @@ impl Stories<'_> {
         };
         let row = (0..until).rev().take(MOST_ROWS_BACK).find(is_placed)?;
         read(row, &mut state);
-        let contacts = &placement.contacts;
-        let axis = (contacts[spec.to] - contacts[spec.from]).try_normalize(1e-9)?;
+        let [from, to] = tipping_line(machine, &placement, edge);
+        let axis = (to - from).try_normalize(1e-9)?;
         let across = |vector: nalgebra::Vector3<f64>| vector - axis * axis.dot(&vector);
-        let centre = across(placement.centre_of_mass - contacts[spec.from]);
+        let centre = across(placement.centre_of_mass - from);
         let up = Some(state.base.up).filter(|up| up.iter().all(|c| c.is_finite()));
         let up = across(up.unwrap_or(placement.normal));
         let rotation_rad = axis.dot(&centre.cross(&up)).atan2(centre.dot(&up));

@@ -12,7 +12,7 @@
 
 use nalgebra::Vector3;
 use tipwatch_mechanics::estimation::plausibility::student;
-use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::machine::{Machine, TorqueJoint};
 use tipwatch_mechanics::{Placement, Quantity, Scope, State, Workspace, evaluate};
 
 use super::episodes::{Episode, MERGED_NS, episodes_within, joined, least};
@@ -127,20 +127,93 @@ pub(super) fn within(
     found.collect()
 }
 
-/// Distance of each wheel's contact point from an edge in a placed state (m); zero for wheels on the edge.
+/// Distance of each wheel's contact point from the line about which the machine tips over an edge, in a placed state (m); zero
+/// for wheels that stay on the ground.
 pub(crate) fn distances(machine: &Machine, placement: &Placement<'_>, edge: usize) -> Vec<f64> {
+    let [from, to] = tipping_line(machine, placement, edge);
+    let along = (to - from).normalize();
+    let inwards = placement.normal.cross(&along);
+    let stays = stays(machine, edge);
+    let wheels = placement.contacts.iter().zip(&stays);
+    wheels
+        .map(|(contact, &stays)| {
+            let distance = inwards.dot(&(contact - from));
+            if stays { 0.0 } else { distance }
+        })
+        .collect()
+}
+
+/// Two points of the line about which the machine tips over an edge: the contact points of the edge's wheels. An axle that
+/// swings about a pivot, with wheels on the edge and off it, stays on the ground with both, and carries what it carries at its
+/// pivot: between its wheels.
+pub(super) fn tipping_line(
+    machine: &Machine,
+    placement: &Placement<'_>,
+    edge: usize,
+) -> [Vector3<f64>; 2] {
     let spec = &machine.polygon().edges()[edge];
-    let (contacts, normal) = (&placement.contacts, placement.normal);
-    let along = (contacts[spec.to] - contacts[spec.from]).normalize();
-    let inwards = normal.cross(&along);
-    let distances = contacts
-        .iter()
-        .zip(&spec.carries)
-        .map(|(contact, &on_edge)| {
-            let distance = inwards.dot(&(contact - contacts[spec.from]));
-            if on_edge { 0.0 } else { distance }
-        });
-    distances.collect()
+    let contacts = &placement.contacts;
+    [spec.from, spec.to].map(|end| {
+        let mut axles = astride(machine, edge);
+        let Some(axle) = axles.find(|axle| axle.supports_wheel[end]) else {
+            return contacts[end];
+        };
+        let wheels = contacts.iter().zip(&axle.supports_wheel);
+        let own: Vec<_> = wheels.filter(|(_, is_own)| **is_own).collect();
+        own.iter()
+            .map(|(contact, _)| *contact)
+            .sum::<Vector3<f64>>()
+            / own.len() as f64
+    })
+}
+
+/// The free joints that bear wheels on an edge and off it.
+fn astride(machine: &Machine, edge: usize) -> impl Iterator<Item = &TorqueJoint> {
+    let on_edge = &machine.polygon().edges()[edge].carries;
+    let joints = machine.contact().free_joints.iter();
+    joints.filter(move |joint| {
+        let bears = |is_on: bool| {
+            let mut wheels = joint.supports_wheel.iter().zip(on_edge);
+            wheels.any(|(is_own, on)| *is_own && *on == is_on)
+        };
+        bears(true) && bears(false)
+    })
+}
+
+/// The load off an edge by row (N): the moment about it over the distance of the farthest wheel, and with an axle astride it the
+/// weighted sum of the wheels that come up.
+fn load_off<'a>(
+    machine: &Machine,
+    rows: &'a Pages<'a>,
+    edge: usize,
+    (factors, reach): (&[f64], f64),
+) -> impl Fn(usize) -> f64 + use<'a> {
+    let is_astride = has_axle_astride(machine, edge);
+    let by_wheel = is_astride.then(|| factors.to_vec());
+    move |row| match &by_wheel {
+        None => -rows.value(Quantity::ItomFull(edge), row) / reach,
+        Some(factors) => {
+            let wheels = factors.iter().enumerate().filter(|(_, f)| **f != 0.0);
+            wheels
+                .map(|(wheel, f)| f * rows.value(Quantity::Otf(wheel), row))
+                .sum()
+        }
+    }
+}
+
+/// Whether the machine tips over an edge about another line than the edge: see [`tipping_line`].
+pub(crate) fn has_axle_astride(machine: &Machine, edge: usize) -> bool {
+    astride(machine, edge).next().is_some()
+}
+
+/// Whether each wheel stays on the ground while the machine tips over an edge.
+fn stays(machine: &Machine, edge: usize) -> Vec<bool> {
+    let mut stays = machine.polygon().edges()[edge].carries.clone();
+    for axle in astride(machine, edge) {
+        let wheels = stays.iter_mut().zip(&axle.supports_wheel);
+        wheels.for_each(|(stays, is_own)| *stays |= is_own);
+    }
+    stays
 }
 
 /// Distance of the farthest wheel from an edge with all joints at zero (m).
@@ -213,17 +286,18 @@ impl OfEdge<'_, '_> {
         let times = rows.times_ns;
         let moment = |row: usize| rows.value(Quantity::ItomFull(edge), row);
         let weight = |row: usize| rows.value(Quantity::NormalForce, row);
-        let spec = &self.machine.polygon().edges()[edge];
-        let off: Vec<usize> = (0..self.machine.wheels().len())
-            .filter(|&wheel| !spec.carries[wheel])
-            .collect();
+        let stays = stays(self.machine, edge);
+        let off: Vec<usize> = (0..stays.len()).filter(|&wheel| !stays[wheel]).collect();
         let load = |wheel: usize, row: usize| rows.value(Quantity::Load(wheel), row);
         let unloaded = |row: usize| {
             rows.is_meaningful(row) && off.iter().all(|&wheel| load(wheel, row) <= 0.0)
         };
         let size = size(self.machine, edge);
-        let small =
-            |row: usize| rows.is_meaningful(row) && is_small(moment(row), weight(row), size);
+        let is_astride = has_axle_astride(self.machine, edge);
+        // of the wheels off the edge some may stay on the ground: their moment tells nothing
+        let small = |row: usize| {
+            rows.is_meaningful(row) && (is_astride || is_small(moment(row), weight(row), size))
+        };
         let candidates = episodes_within(times, within, small);
         let mut found = Vec::new();
         for candidate in candidates {
@@ -231,7 +305,7 @@ impl OfEdge<'_, '_> {
                 continue;
             };
             let sigma_n = self.sigma(candidate, &factors);
-            let load = |row: usize| -moment(row) / reach;
+            let load = load_off(self.machine, rows, edge, (&factors, reach));
             let limit_n = NEAR_SIGMAS * sigma_n.max(0.0);
             let near = |row: usize| {
                 let limit_n = limit_n.min(NEAR_SHARE * weight(row));
@@ -285,7 +359,7 @@ impl OfEdge<'_, '_> {
         let (factors, reach) = self.factors(rows_of)?;
         let sigma_n = self.sigma(rows_of, &factors);
         let edge = self.edge;
-        let load = |row: usize| -rows.value(Quantity::ItomFull(edge), row) / reach;
+        let load = load_off(self.machine, rows, edge, (&factors, reach));
         let near = rotation.onset(rows.times_ns[0]);
         let onset = near.and_then(|near| {
             let margin_s = onset::NEAR_SIGMAS * near.sigma_s;
@@ -385,12 +459,11 @@ impl OfEdge<'_, '_> {
 
     /// Unit vector along the edge at a row, in base axes: a positive rotation about it lifts the interior.
     fn axis(&mut self, row: usize) -> Option<Vector3<f64>> {
-        let spec = &self.machine.polygon().edges()[self.edge];
         let mut state = State::zero(self.machine);
         self.rows.state(row, &mut state);
         self.placement.place(&state);
-        let contacts = &self.placement.contacts;
-        let axis = (contacts[spec.to] - contacts[spec.from]).normalize();
+        let [from, to] = tipping_line(self.machine, self.placement, self.edge);
+        let axis = (to - from).normalize();
         axis.iter().all(|c| c.is_finite()).then_some(axis)
     }
 

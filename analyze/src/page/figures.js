@@ -297,7 +297,7 @@
     if (!holder) { return; }
     figure.traces.forEach(function (trace) { trace.x = numbers(trace.x); trace.y = numbers(trace.y); });
     const canvas = document.createElement('canvas'), below = document.createElement('div'), readout = document.createElement('p');
-    below.className = 'legend screen-buttons'; readout.className = 'readout screen';
+    below.className = 'legend'; readout.className = 'readout screen';
     holder.append(canvas); holder.after(below, readout);
     const plot = { figure: figure, holder: holder, canvas: canvas, legend: below, readout: readout, stale: true, visible: false };
     plots.push(plot);

@@ -9,6 +9,7 @@ use super::unstated_load;
 use crate::analysis::Analysis;
 use crate::analysis::measured_loads::Contradiction;
 use crate::base::options::{Estimator, ModelKind};
+use crate::events::has_axle_astride;
 use crate::events::split_rule::measured_forces;
 use crate::events::support_words::SupportWord;
 use crate::page::{list, percent, readable, table};
@@ -155,8 +156,13 @@ fn of_model(analysis: &Analysis) -> Vec<String> {
     }
     if !contact.tyres_deflect {
         found.push(match word.is_wheel() {
-            true => word!("No tyre stiffness is stated: the tyres are rigid in this model, and their deflection is left out.").into(),
-            false => say!("No stiffness of the {} is stated: they are rigid in this model, and their deflection is left out.", word.many),
+            true => {
+                word!("No tyre stiffness is stated: how far the tyres deflect is left out.").into()
+            }
+            false => say!(
+                "No stiffness of the {} is stated: how far they deflect is left out.",
+                word.many
+            ),
         });
     }
     if machine.suspension().is_none() && machine.linkages().is_empty() {
@@ -164,6 +170,10 @@ fn of_model(analysis: &Analysis) -> Vec<String> {
             "No suspension is described: compliance between frame and {} is left out.",
             word.many
         ));
+    }
+    let edges = 0..machine.polygon().edges().len();
+    if edges.clone().any(|edge| has_axle_astride(machine, edge)) {
+        found.push(word!("Over its sides the machine tips about a line to the pivot of an axle. The stop of the axle is not modelled, and what explains such a rotation (an unstated load, another mass) is not tried.").into());
     }
     found.push(
         word!("Flexibility of frame and arm, tyre camber and lateral tyre deflection are not modelled.")

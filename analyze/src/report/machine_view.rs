@@ -304,7 +304,15 @@ impl View<'_> {
         let arm: Vec<[Point; 2]> = self.arm(Self::side);
         let centre = self.side(&self.placement.centre_of_mass);
         let around = |&([x, y], r): &(Point, f64)| [[x - r, y - r], [x + r, y + r]];
+        // feet have no radius: a leg as long as the largest wheel is high
+        let leg = 2.0 * wheels.iter().map(|wheel| wheel.1).fold(0.2, f64::max);
+        let feet = self
+            .standing(&contacts)
+            .zip(self.standing(machine.wheels()));
+        let feet = feet.filter(|(_, support)| support.kind == SupportKind::Foot);
+        let feet: Vec<Point> = feet.map(|(at, _)| *at).collect();
         let mut all: Vec<Point> = wheels.iter().flat_map(around).collect();
+        all.extend(feet.iter().map(|[x, y]| [*x, y + leg]));
         all.extend(arm.iter().flatten());
         all.push(centre);
         let mut drawing = Drawing::around(&all)?;
@@ -320,6 +328,11 @@ impl View<'_> {
         drawing.line("ground", [low, 0.0], [high, 0.0]);
         for (centre, radius) in &wheels {
             drawing.circle("tyre", *centre, *radius);
+        }
+        for &[x, y] in &feet {
+            let half = drawing.metres(5.0);
+            drawing.line("arm", [x, y], [x, y + leg]);
+            drawing.line("arm", [x - half, y], [x + half, y]);
         }
         for [from, to] in &arm {
             drawing.line("arm", *from, *to);

@@ -83,7 +83,9 @@ pub fn sliders(analysis: &Analysis) -> Option<Sliders> {
     let answers: Vec<&Counterfactual> = asked.flat_map(|event| &event.counterfactuals).collect();
     let simulated = |supposed: Supposition, at: f64| {
         let answers = answers.iter().filter(|answer| answer.supposed == supposed);
-        let known = answers.filter_map(|answer| Some((at, answer.otf_n?, answer.sigma_n)));
+        // what is open tells no value
+        let known = answers.filter(|answer| answer.why_not.is_none());
+        let known = known.filter_map(|answer| Some((at, answer.otf_n?, answer.sigma_n)));
         // of several wheels that which comes closest
         known.min_by(|a, b| a.1.total_cmp(&b.1))
     };
@@ -200,12 +202,19 @@ fn joints(
                 .changes
                 .iter()
                 .find(|change| change.of == Change::JointOffset(index));
+            let simulated = moved.map(|it| (now + it.change, it.least_otf_n, it.otf_sigma_n));
+            let at = simulated.map_or(now, |(at, ..)| at);
+            let [least, most] = joint.limits.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
             Slider {
                 name: say!("Joint {}", joint.name),
                 unit: Parameter::JointPosition(index).unit(&analysis.machine),
-                range: [now - JOINT_REACH, now, now + JOINT_REACH],
+                range: [
+                    (now - JOINT_REACH).min(at).max(least.min(now)),
+                    now,
+                    (now + JOINT_REACH).max(at).min(most.max(now)),
+                ],
                 per_unit_n: per_unit(Parameter::JointPosition(index)),
-                simulated: moved.map(|it| (now + it.change, it.least_otf_n, it.otf_sigma_n)),
+                simulated,
             }
         })
         .collect();

@@ -110,7 +110,10 @@ fn event_row(scene: &Scene, calendar: Calendar, event: &Event) -> [(String, Stri
         ),
         (
             word!("End [s]"),
-            end.unwrap_or_else(|| word!("end of the log").into()),
+            end.unwrap_or_else(|| match scene.goes_on {
+                true => word!("last row or later").into(),
+                false => word!("end of the log").into(),
+            }),
         ),
         (word!("Worst value"), worst),
         (word!("At [s]"), seconds(event.worst_ns)),

@@ -13,7 +13,7 @@ use super::nuisances::Nuisances;
 use super::result::{EstimatedAmount, ExplainedFall, Explanation};
 use super::rows::{FallRows, Reader};
 use crate::base::table::Table;
-use crate::events::{Event, EventKind};
+use crate::events::{Event, EventKind, has_axle_astride};
 
 /// Most rotations of a log that are explained, the largest first.
 const MOST_FALLS: usize = 5;
@@ -39,8 +39,11 @@ pub(crate) fn falls(table: &Table, events: &[Event]) -> Vec<Fall> {
     let fall = |event: &&Event| {
         let machine = table.machine_at(table.at(event.start_ns))?;
         let mut edges = machine.polygon().edges().iter();
-        Some(Fall {
-            edge: edges.position(|edge| edge.name.to_lowercase() == event.subject)?,
+        let edge = edges.position(|edge| edge.name.to_lowercase() == event.subject)?;
+        // the moment about an edge weighs the machine only where it tips about that edge
+        let is_its_line = !has_axle_astride(machine, edge);
+        is_its_line.then(|| Fall {
+            edge,
             onset_ns: event.start_ns,
             onset_in_log: (event.measured_rotation.as_ref()).is_none_or(|it| it.onset_in_log),
             onset_sigma_s: event.start_sigma_s,

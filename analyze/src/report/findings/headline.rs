@@ -123,7 +123,24 @@ impl Scene {
             false if self.is_sparse && event.end_ns == Some(event.start_ns) => {
                 word!("(one row; how long is unknown)").to_string()
             }
-            false => duration(event),
+            false => self.duration(event),
+        }
+    }
+
+    fn duration(&self, event: &Event) -> String {
+        match event.end_ns {
+            // an onset can lie after the last row of a short event, within its band
+            Some(end_ns) if end_ns.saturating_sub(event.start_ns) < SHORTEST_NS => {
+                word!("for less than 0.01 s").to_string()
+            }
+            Some(end_ns) => {
+                let is_least = [event.start_bound, event.end_bound] != [Bound::At; 2];
+                let least = if is_least { word!("at least ") } else { "" };
+                let lasted_s = end_ns.saturating_sub(event.start_ns) as f64 * 1e-9;
+                say!("for {least}{lasted_s:.2} s")
+            }
+            None if self.goes_on => word!("until the last row at least").to_string(),
+            None => word!("until the end of the log").to_string(),
         }
     }
 
@@ -265,6 +282,9 @@ impl Scene {
         let subject = enumerated(&subjects);
         match event.kind {
             EventKind::TipOver => say!("The machine tipped over about the {subject} {edges}"),
+            EventKind::EdgeTipping if is_undecided(event) && self.goes_on => {
+                say!("The machine was tipping about the {subject} {edges} at the last row,")
+            }
             EventKind::EdgeTipping if is_undecided(event) => {
                 say!("The machine was tipping about the {subject} {edges} when the log ended,")
             }
@@ -315,21 +335,5 @@ pub(super) fn enumerated(names: &[String]) -> String {
         [] => String::new(),
         [only] => only.clone(),
         [first @ .., last] => say!("{} and {last}", first.join(", ")),
-    }
-}
-
-fn duration(event: &Event) -> String {
-    match event.end_ns {
-        // an onset can lie after the last row of a short event, within its band
-        Some(end_ns) if end_ns.saturating_sub(event.start_ns) < SHORTEST_NS => {
-            word!("for less than 0.01 s").to_string()
-        }
-        Some(end_ns) => {
-            let is_least = [event.start_bound, event.end_bound] != [Bound::At; 2];
-            let least = if is_least { word!("at least ") } else { "" };
-            let lasted_s = end_ns.saturating_sub(event.start_ns) as f64 * 1e-9;
-            say!("for {least}{lasted_s:.2} s")
-        }
-        None => word!("until the end of the log").to_string(),
     }
 }

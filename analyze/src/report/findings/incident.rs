@@ -1,7 +1,7 @@
 //! Events that are one story: a wheel grows light, lifts, and the machine tips; or several wheels at once.
 
 use super::rank::rank;
-use crate::events::{Event, EventKind};
+use crate::events::{Event, EventCauses, EventKind};
 
 /// Events this close in time are one incident (ns).
 const MERGED_NS: i64 = 500_000_000;
@@ -110,9 +110,10 @@ impl<'a> Incident<'a> {
         self.events.iter().find(of_kind).copied()
     }
 
-    /// The event with causes that leads here: that of the gravest, else of the next.
+    /// The event with causes of a loss of load that leads here: that of the gravest, else of the next.
     pub(in crate::report) fn with_causes(&self) -> Option<&'a Event> {
-        let known = self.events.iter().filter(|event| event.causes.is_some());
+        let lost = |event: &&&Event| event.causes.as_ref().is_some_and(EventCauses::is_loss);
+        let known = self.events.iter().filter(lost);
         known
             .min_by_key(|event| (!event.is_fact(), rank(event.kind), event.start_ns))
             .copied()

@@ -238,10 +238,10 @@ impl Scene {
 
     /// How much load was lost since when, and the largest causes.
     pub(super) fn causes(&self, causes: &EventCauses) -> Vec<String> {
-        let lost_n = causes.otf_before_n - causes.otf_n;
-        if !(lost_n > 0.0) {
+        if !causes.is_loss() {
             return Vec::new();
         }
+        let lost_n = causes.otf_before_n - causes.otf_n;
         let since_s = self.seconds(causes.since_ns);
         let since = match causes.since_is_steady {
             true => say!("since the machine was last steady, at t = {since_s:.2} s"),

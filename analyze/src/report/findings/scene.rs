@@ -25,6 +25,8 @@ pub(in crate::report) struct Scene {
     /// When rotations began that the machine as stated does not explain (ns).
     pub(super) unexplained_ns: Vec<i64>,
     pub(super) is_sparse: bool,
+    /// Whether the log goes on after the last row.
+    pub(in crate::report) goes_on: bool,
     pub(super) inputs: Vec<InputFacts>,
 }
 
@@ -80,6 +82,7 @@ impl Scene {
             is_split_stated: is_stated(machine),
             unexplained_ns: unexplained.map(|fall| fall.onset_ns).collect(),
             is_sparse: analysis.coverage.between_rows.is_some(),
+            goes_on: analysis.coverage.after_rows_s > 0.0,
             inputs: analysis.inputs.iter().map(InputFacts::of).collect(),
         }
     }

@@ -1,10 +1,11 @@
 //! The questions that an expert asks first, and their answers.
 
 use tipwatch_language::{message, say, told, word};
-use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::machine::{Ground, NoteKind};
+use tipwatch_mechanics::{Parameter, Quantity};
 
 use crate::analysis::Analysis;
+use crate::analysis::sensitivity::SensitivityTable;
 use crate::events::split_rule::{is_stated, measured_forces, sharing, split_rule};
 use crate::events::support_words::SupportWord;
 use crate::events::{Event, EventKind, ShownBy, TIP_OVER_RAD};
@@ -16,6 +17,10 @@ use crate::report::parameter_words::in_words;
 use crate::report::unstated_load;
 use crate::report::when::Calendar;
 
+/// Most that a result hangs on, besides the first.
+const MOST_NEXT: usize = 2;
+/// Uneven ground is told up to this (m).
+const UNEVEN_M: f64 = 0.1;
 /// Most losses told.
 const MOST_LOST: usize = 2;
 /// From this probability on a step is told without it.
@@ -154,6 +159,12 @@ fn tipped_over(analysis: &Analysis) -> String {
     let mut tipping: Vec<&Event> = tipping.filter(|event| event.is_fact()).collect();
     tipping.sort_by_key(|event| event.end_ns.is_some());
     match tipping.first() {
+        Some(event) if event.end_ns.is_none() && scene.goes_on => say!(
+            "Not known: it was tipping about the {} edge {} at the last row, and no tilt of {:.0}° about that edge was seen.",
+            scene.subject(event),
+            at(event),
+            TIP_OVER_RAD.to_degrees()
+        ),
         Some(event) if event.end_ns.is_none() => say!(
             "Not known: it was tipping about the {} edge {} when the log ends, and no tilt of {:.0}° about that edge was seen.",
             scene.subject(event),
@@ -374,11 +385,50 @@ fn hangs_on(analysis: &Analysis, incidents: &[Incident<'_>]) -> Option<String> {
         ),
         false => capital(&parameter),
     };
+    let next = found.ranked().into_iter().skip(1).take(MOST_NEXT);
+    let next: Vec<String> = next
+        .filter(|row| row.variance_share > 0.0)
+        .map(|row| {
+            let change = number(row.two_sigma_change_n());
+            format!("{} (± {change} N)", in_words(row.parameter, machine))
+        })
+        .collect();
+    let next = match next.is_empty() {
+        true => String::new(),
+        false => say!(" Next: {}.", next.join(", ")),
+    };
+    let ground = even_ground(analysis, found).unwrap_or_default();
     Some(say!(
-        "{begin}, known to ± {}: that alone moves the load of {named} by ± {} N{shift}.",
+        "{begin}, known to ± {}: that alone moves the load of {named} by ± {} N{shift}.{next}{ground}",
         amount(two_sigma, first.parameter.unit(machine)),
         number(change_n)
     ))
+}
+
+/// How uneven the ground would have to be under the worst wheel, where it is taken as flat: no standard deviation has that.
+fn even_ground(analysis: &Analysis, found: &SensitivityTable) -> Option<String> {
+    let machine = &analysis.machine;
+    if machine.contact().ground != Ground::Plane {
+        return None;
+    }
+    // a larger wheel is one on higher ground
+    let is_its_radius = |parameter: Parameter| match parameter {
+        Parameter::WheelRadius(id) => machine.place_of(id) == Some(found.worst_wheel),
+        _ => false,
+    };
+    let mut rows = found.rows.iter();
+    let row = rows.find(|row| row.wheel == found.worst_wheel && is_its_radius(row.parameter))?;
+    let change_m = row.change_to_zero?;
+    let named = SupportWord::named(&machine.wheels()[found.worst_wheel]);
+    let mm = 1e3 * change_m.abs();
+    (change_m.abs() < UNEVEN_M).then(|| match change_m > 0.0 {
+        true => say!(
+            " The ground is taken as flat: {mm:.0} mm higher under {named} alone, and its least load would have been zero."
+        ),
+        false => say!(
+            " The ground is taken as flat: {mm:.0} mm lower under {named} alone, and its least load would have been zero."
+        ),
+    })
 }
 
 /// A number with its unit; what has none is a share.
@@ -398,6 +448,7 @@ pub(super) fn capital(text: &str) -> String {
 
 /// What is missing of the log.
 fn lost(analysis: &Analysis) -> String {
+    let scene = Scene::of(analysis);
     let mut sentences = Vec::new();
     let losses = &analysis.losses;
     if losses.end_is_lost() {
@@ -405,6 +456,13 @@ fn lost(analysis: &Analysis) -> String {
         let last_s = analysis.rows.seconds(last);
         sentences.push(say!(
             "The end of the log: nothing is known after t = {last_s:.2} s."
+        ));
+    }
+    if scene.goes_on {
+        sentences.push(say!(
+            "Joints: their messages end at t = {:.2} s, the log {:.2} s later; nothing is computed between.",
+            scene.seconds(analysis.rows.times_ns.last().copied().unwrap_or_default()),
+            analysis.coverage.after_rows_s
         ));
     }
     match losses.is_empty() {
@@ -488,9 +546,12 @@ fn when(analysis: &Analysis, incidents: &[Incident<'_>]) -> String {
     let scene = Scene::of(analysis);
     let calendar = Calendar::of(analysis);
     let times = &analysis.rows.times_ns;
+    let after_ns = (analysis.coverage.after_rows_s * 1e9) as i64;
     let (Some(first), Some(last)) = (
         times.first().and_then(|&t| calendar.utc(t)),
-        times.last().and_then(|&t| calendar.utc(t)),
+        times
+            .last()
+            .and_then(|&t| calendar.utc(t.saturating_add(after_ns))),
     ) else {
         return say!("Unknown: {}.", calendar.source());
     };

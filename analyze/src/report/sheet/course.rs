@@ -4,7 +4,7 @@ use maud::{Markup, html};
 use tipwatch_language::{say, word};
 
 use crate::analysis::Analysis;
-use crate::events::{Event, EventKind};
+use crate::events::{Event, EventCauses, EventKind};
 use crate::report::findings::{Incident, Scene};
 
 /// Sizes in the picture's own units: narrow, so that its letters can be read on a telephone.
@@ -82,7 +82,9 @@ fn steps(analysis: &Analysis, scene: &Scene, incident: &Incident<'_>) -> Vec<Ste
         .with_causes()
         .and_then(|event| event.causes.as_ref());
     let first_s = scene.seconds(incident.start_ns());
-    if let Some(causes) = causes.filter(|causes| causes.since_is_steady) {
+    let is_before =
+        |causes: &&EventCauses| causes.since_is_steady && causes.since_ns <= incident.start_ns();
+    if let Some(causes) = causes.filter(is_before) {
         let from_s = (scene.seconds(causes.since_ns) - 0.5).max(0.0);
         steps.push(Step {
             label: word!("steady").into(),

@@ -17,6 +17,8 @@ use crate::events::support_words::SupportWord;
 use crate::events::{Answer, Event, EventCauses};
 use crate::page::{facts, number, probability, readable, table, whole};
 
+/// A chance of the same event by another evaluation, from which a reader must know that it is another.
+const DIFFERS: f64 = 0.1;
 /// Causes on the sheet.
 const MOST_CAUSES: usize = 3;
 
@@ -84,7 +86,13 @@ fn causes(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
         .with_causes()
         .and_then(|event| Some((event, event.causes.as_ref()?)))
     else {
-        return html! { div { h3 { (word!("Causes")) } p { (word!("The chosen model does not tell causes.")) } } };
+        let why = match incident.events.iter().any(|event| event.causes.is_some()) {
+            true => word!(
+                "No load was lost between a moment before it and its beginning: the log does not show what took it."
+            ),
+            false => word!("The chosen model does not tell causes."),
+        };
+        return html! { div { h3 { (word!("Causes")) } p { (why) } } };
     };
     let scene = Scene::of(analysis);
     let title = say!("What took the load: {}", scene.step(event));
@@ -137,11 +145,19 @@ fn otherwise(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
     });
     let mut rows: Vec<Vec<Markup>> = rows.collect();
     let mut answers = event.counterfactuals.iter();
+    let mut hint = None;
     // two probabilities are an effect only beside that of the same evaluation
     if !rows.is_empty()
         && let Some(recorded) = answers.find_map(|answer| answer.recorded_probability)
     {
         let answer = Answer::of(Some(recorded));
+        let differs = |certainty: f64| (certainty - recorded).abs() > DIFFERS;
+        hint = event.certainty.filter(|it| differs(*it)).map(|certainty| {
+            say!(
+                "The confidence of {} is that of another evaluation, with all evidence of the log: compare the chances of this table with each other alone.",
+                probability(certainty)
+            )
+        });
         let cells = [
             html! { (word!("as recorded, by the same evaluation")) },
             html! { (readable(answer.name())) },
@@ -153,6 +169,7 @@ fn otherwise(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
         div {
             h3 { (say!("Would it have happened otherwise: {}", scene.step(event))) }
             @if !rows.is_empty() { (table(&[word!("Supposed"), word!("Would it?"), word!("Chance that it would")], &rows)) }
+            @if let Some(hint) = hint { p.hint { (hint) } }
             @for (suppositions, why) in scene.unanswered(&event.counterfactuals) {
                 p { (say!("Open {suppositions}: {why}.")) }
             }

@@ -1,12 +1,16 @@
 //! What happened, in the order in which a witness would tell it.
 
 use tipwatch_language::{say, word};
+use tipwatch_mechanics::State;
 
 use super::answers::{self, capital, reserve};
 use crate::analysis::Analysis;
-use crate::events::{Event, EventKind, ShownBy};
+use crate::events::{Bound, Event, EventKind, ShownBy};
 use crate::page::number;
 use crate::report::findings::{Incident, Scene, findings};
+
+/// Wheels of a machine that stands turn no faster (rad/s).
+const STANDS_RAD_S: f64 = 0.05;
 
 /// At most three sentences on the gravest incident, or one on a log without any.
 pub(super) fn sentences(analysis: &Analysis, incidents: &[Incident<'_>]) -> Vec<String> {
@@ -18,44 +22,80 @@ pub(super) fn sentences(analysis: &Analysis, incidents: &[Incident<'_>]) -> Vec<
             .into_iter()
             .collect();
     };
-    let mut told: Vec<String> = before(&scene, incident, incidents).into_iter().collect();
+    let mut told: Vec<String> = before(analysis, &scene, incident, incidents)
+        .into_iter()
+        .collect();
     told.push(course(&scene, incident));
     told.push(outcome(analysis, &scene, incident));
     told
 }
 
-/// How the machine was before, and whether it had come close already.
-fn before(scene: &Scene, incident: &Incident<'_>, incidents: &[Incident<'_>]) -> Option<String> {
+/// How the machine was before, and whether it had come close already: in order of time.
+fn before(
+    analysis: &Analysis,
+    scene: &Scene,
+    incident: &Incident<'_>,
+    incidents: &[Incident<'_>],
+) -> Option<String> {
     let earlier = incidents
         .iter()
         .filter(|it| it.start_ns() < incident.start_ns());
     let earlier = earlier.filter(|it| it.gravest().is_fact());
     let earlier = earlier.min_by_key(|it| it.start_ns()).map(|it| {
         let event = it.gravest();
-        let at_s = scene.seconds(event.start_ns);
-        say!(
-            "At t = {at_s:.2} s it had come close ({}). ",
-            scene.step(event)
-        )
+        let close = say!(
+            "It had come close from {}: {}{}.",
+            scene.start(event),
+            scene.step(event),
+            reserve(scene, event)
+        );
+        (event.start_ns, close)
     });
-    let earlier = earlier.unwrap_or_default();
-    let event = incident.with_causes()?;
-    let causes = event.causes.as_ref()?;
-    let at_s = scene.seconds(causes.since_ns);
-    let load = match event.kind {
-        EventKind::WheelLight | EventKind::WheelLift => say!(
-            ", and {} carried {} N",
-            scene.support(event),
-            number(causes.otf_before_n)
-        ),
-        _ => String::new(),
-    };
-    Some(match causes.since_is_steady {
-        true => say!("{earlier}At t = {at_s:.2} s the machine was steady{load}."),
-        false => say!(
-            "{earlier}The machine moved throughout; what follows counts from t = {at_s:.2} s{load}."
-        ),
-    })
+    let causes = (incident.with_causes())
+        .and_then(|event| Some((event, event.causes.as_ref()?)))
+        // what follows a step of the incident was not before it
+        .filter(|(_, causes)| causes.since_ns <= incident.start_ns());
+    let at_first = causes.map(|(event, causes)| {
+        let at_s = scene.seconds(causes.since_ns);
+        let load = match event.kind {
+            EventKind::WheelLight | EventKind::WheelLift => say!(
+                ", and {} carried {} N",
+                scene.support(event),
+                number(causes.otf_before_n)
+            ),
+            _ => String::new(),
+        };
+        let text = match causes.since_is_steady {
+            true => {
+                let steady = steady(analysis, causes.since_ns);
+                say!("At t = {at_s:.2} s the machine {steady}{load}.")
+            }
+            false => say!(
+                "The machine moved throughout; what follows counts from t = {at_s:.2} s{load}."
+            ),
+        };
+        (causes.since_ns, text)
+    });
+    let mut told: Vec<(i64, String)> = earlier.into_iter().chain(at_first).collect();
+    told.sort_by_key(|(at_ns, _)| *at_ns);
+    let told: Vec<String> = told.into_iter().map(|(_, text)| text).collect();
+    (!told.is_empty()).then(|| told.join(" "))
+}
+
+/// What a steady machine does: it stands, or drives at constant speed.
+fn steady(analysis: &Analysis, at_ns: i64) -> &'static str {
+    let machine = &analysis.machine;
+    let row = analysis.rows.at(at_ns);
+    let mut state = State::zero(machine);
+    (analysis.rows.window(row..row + 1).states).get(0, &mut state);
+    let joints = machine.joints().iter().zip(&state.joints);
+    let wheels = joints.filter(|(joint, _)| joint.spins_wheel.is_some());
+    let rates = wheels.map(|(_, motion)| motion.rate.abs());
+    match rates.reduce(f64::max) {
+        Some(rate) if rate > STANDS_RAD_S => word!("drove steadily"),
+        Some(rate) if rate <= STANDS_RAD_S => word!("stood still"),
+        _ => word!("was steady"),
+    }
 }
 
 /// What happened then, step by step.
@@ -122,20 +162,41 @@ fn outcome(analysis: &Analysis, scene: &Scene, incident: &Incident<'_>) -> Strin
     if let Some(event) = incident.first(EventKind::TipOver) {
         return tipped(scene, event);
     }
-    let mut ends = incident.events.iter().map(|event| event.end_ns);
-    let end_ns = ends.try_fold(i64::MIN, |last, end| Some(last.max(end?)));
-    match (incident.first(EventKind::EdgeTipping), end_ns) {
-        (Some(tipping), None) if tipping.end_ns.is_none() => {
-            word!("It was still tipping when the log ends; what happened then is not in it.").into()
+    let told = |is_told: fn(EventKind) -> bool| -> Vec<&Event> {
+        let facts = incident.events.iter().copied();
+        facts
+            .filter(|it| it.is_fact() && is_told(it.kind))
+            .collect()
+    };
+    let off = told(|kind| kind != EventKind::WheelLight);
+    let is_off = !off.is_empty();
+    let told = if is_off { off } else { told(|_| true) };
+    let last = told.iter().max_by_key(|it| it.end_ns.unwrap_or(i64::MAX));
+    let Some((last, end_ns)) = last.and_then(|last| Some((last, last.end_ns?))) else {
+        let is_tipping = incident.first(EventKind::EdgeTipping);
+        let is_tipping = is_tipping.is_some_and(|tipping| tipping.end_ns.is_none());
+        return match (is_tipping, scene.goes_on) {
+            (true, false) => {
+                word!("It was still tipping when the log ends; what happened then is not in it.")
+            }
+            (false, false) => {
+                word!("It was still so when the log ends; what happened then is not in it.")
+            }
+            (_, true) => word!("It was still so at the last row; what happened then is not known."),
         }
-        (_, None) => {
-            word!("It was still so when the log ends; what happened then is not in it.").into()
+        .into();
+    };
+    let (at_s, one) = (scene.seconds(end_ns), scene.word.one);
+    let scope = answers::scope(analysis);
+    match (last.end_bound, is_off) {
+        (Bound::AtOrAfter, _) => say!(
+            "At t = {at_s:.2} s it was still so; how much longer is not known. No tip-over {scope}."
+        ),
+        (_, true) => {
+            say!("At t = {at_s:.2} s every {one} carried load again; no tip-over {scope}.")
         }
-        (_, Some(end_ns)) => say!(
-            "At t = {:.2} s every {} carried load again; no tip-over {}.",
-            scene.seconds(end_ns),
-            scene.word.one,
-            answers::scope(analysis)
+        (_, false) => say!(
+            "At t = {at_s:.2} s every {one} carried more than its limit again; no tip-over {scope}."
         ),
     }
 }
