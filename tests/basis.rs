@@ -201,15 +201,9 @@ fn what_no_load_hangs_on_needs_no_proof() {
     let mut machine = file.check_alone().unwrap();
     machine.set_reference_loads().unwrap();
     let sensors = tipwatch_mechanics::state::Sensors {
-        joints: Vec::new(),
         imu: true,
         odometry: true,
-        tool_wrench: false,
-        actuators: Vec::new(),
-        switches: 0,
-        loads: 0,
-        commands: 0,
-        payload_signals: Vec::new(),
+        ..Default::default()
     };
     let needed = machine.needed_proofs(&sensors).names(&machine);
     let expected = [

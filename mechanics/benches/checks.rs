@@ -29,12 +29,7 @@ fn main() {
         }],
         imu: true,
         odometry: true,
-        tool_wrench: false,
-        actuators: Vec::new(),
-        switches: 0,
-        loads: 0,
-        commands: 0,
-        payload_signals: Vec::new(),
+        ..Sensors::default()
     };
     let mut checks = Plausibility::new(&machine, &sensors);
     let mut noise = Noise(7);

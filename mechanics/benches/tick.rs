@@ -79,12 +79,7 @@ fn run(machine: &Machine, part: Part) -> [f64; 4] {
         }],
         imu: true,
         odometry: true,
-        tool_wrench: false,
-        actuators: Vec::new(),
-        switches: 0,
-        loads: 0,
-        commands: 0,
-        payload_signals: Vec::new(),
+        ..Sensors::default()
     };
     let mut estimator = CausalEstimator::new(machine, &sensors, RowClock::JointStates);
     let mut workspace = Workspace::with_scope(machine, Scope::ALL);

@@ -34,12 +34,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             joints: vec![JointStream { joints }],
             imu: true,
             odometry: true,
-            tool_wrench: false,
-            actuators: Vec::new(),
-            switches: 0,
-            loads: 0,
-            commands: 0,
-            payload_signals: Vec::new(),
+            ..Sensors::default()
         };
         let mut checks = Plausibility::new(&machine, &sensors);
         let mut largest: BTreeMap<String, (f64, Option<f64>)> = BTreeMap::new();

@@ -57,12 +57,7 @@ fn found_after(
         }],
         imu: true,
         odometry: true,
-        tool_wrench: false,
-        actuators: Vec::new(),
-        switches: 0,
-        loads: 0,
-        commands: 0,
-        payload_signals: Vec::new(),
+        ..Sensors::default()
     };
     let mut relations = Relations::new(machine, &sensors);
     assert!(Rules::of(machine).limits.max_gap_s > 0.02);
