@@ -1,15 +1,15 @@
 //! Logs with every kind of wrong clock seen on machines, written here.
 
-use std::{collections::BTreeMap, io::Cursor};
+use std::collections::BTreeMap;
 
-use mcap::{WriteOptions, records::MessageHeader};
+use mcap::WriteOptions;
 use tipwatch_ingest::{
     ClockFinding, ClockFindingKind as Kind, FieldRequest, Log, NumberField, SensorKind,
     SensorRecording, SensorRequest, StampSource, Treatment, record_fields, record_sensors,
 };
 
 use crate::sensor_blocks::blocks_and_columns;
-use crate::support::{FIRST_NS, JOINT_STATE, TempLog, joint_state};
+use crate::support::{FIRST_NS, Mcap, TempLog, joint_state};
 
 const MS: i64 = 1_000_000;
 const S: i64 = 1_000_000_000;
@@ -69,27 +69,13 @@ fn log_ordered(
     with_clock_topic: bool,
     key: impl Fn(usize, i64, &StampedMessage) -> i64,
 ) -> TempLog {
-    let mut writer = WriteOptions::new()
-        .compression(None)
-        .create(Cursor::new(Vec::new()))
-        .unwrap();
-    let definition = JOINT_STATE.as_bytes();
-    let schema = writer
-        .add_schema("sensor_msgs/msg/JointState", "ros2msg", definition)
-        .unwrap();
+    let mut writer = Mcap::new(WriteOptions::new().compression(None));
     if with_clock_topic {
-        let schema = writer
-            .add_schema("rosgraph_msgs/msg/Clock", "ros2msg", b"uint32 sec\n")
-            .unwrap();
-        writer
-            .add_channel(schema, "/clock", "cdr", &BTreeMap::new())
-            .unwrap();
+        writer.topic("/clock", "rosgraph_msgs/msg/Clock", "uint32 sec\n");
     }
     let mut messages = Vec::new();
     for (topic, (name, times)) in topics.iter().enumerate() {
-        let channel = writer
-            .add_channel(schema, name, "cdr", &BTreeMap::new())
-            .unwrap();
+        let channel = writer.joints(name);
         messages.extend(
             times
                 .iter()
@@ -99,17 +85,11 @@ fn log_ordered(
     }
     messages.sort_by_key(|(message, _, topic, i)| key(*topic, *i as i64, message));
     for (message, channel_id, _, i) in messages {
-        let header = MessageHeader {
-            channel_id,
-            sequence: i as u32,
-            log_time: message.log as u64,
-            publish_time: message.publish as u64,
-        };
         let joint = joint_state(message.stamp, &["a"], &[i as f64], &[]);
-        writer.write_to_known_channel(&header, &joint).unwrap();
+        let times = [message.log, message.publish].map(|time| time as u64);
+        writer.message(channel_id, i as u32, times, &joint);
     }
-    writer.finish().unwrap();
-    TempLog::new("log.mcap", &writer.into_inner().into_inner())
+    TempLog::new("log.mcap", &writer.finish())
 }
 
 fn recorded(file: &TempLog) -> BTreeMap<String, SensorRecording> {
