@@ -167,8 +167,7 @@ pub(crate) fn may_be_fall(turning: &Turning, table: &Table) -> bool {
 /// The computed load off its edge in the last rows, as a share of the weight.
 fn share_off(turning: &Turning, table: &Table) -> Option<f64> {
     let machine = table.machine_at(table.at(turning.at_ns))?;
-    let mut edges = machine.polygon().edges().iter();
-    let edge = edges.position(|it| it.name.to_lowercase() == turning.edge)?;
+    let edge = machine.edge_named(&turning.edge)?;
     let mut workspace = Workspace::with_scope(machine, Scope::LOADS);
     let mut state = State::zero(machine);
     let times = &table.times_ns;
@@ -214,9 +213,7 @@ impl OfEdge<'_, '_> {
         let moment = |row: usize| rows.value(Quantity::ItomFull(edge), row);
         let weight = |row: usize| rows.value(Quantity::NormalForce, row);
         let spec = &self.machine.polygon().edges()[edge];
-        let off: Vec<usize> = (0..self.machine.wheels().len())
-            .filter(|&wheel| !spec.carries[wheel])
-            .collect();
+        let off: Vec<usize> = spec.off().collect();
         let load = |wheel: usize, row: usize| rows.value(Quantity::Load(wheel), row);
         let unloaded = |row: usize| {
             rows.is_meaningful(row) && off.iter().all(|&wheel| load(wheel, row) <= 0.0)

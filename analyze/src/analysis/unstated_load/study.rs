@@ -38,9 +38,8 @@ pub(crate) fn falls(table: &Table, events: &[Event]) -> Vec<Fall> {
     tippings.sort_by(|a, b| rotation(b).total_cmp(&rotation(a)));
     let fall = |event: &&Event| {
         let machine = table.machine_at(table.at(event.start_ns))?;
-        let mut edges = machine.polygon().edges().iter();
         Some(Fall {
-            edge: edges.position(|edge| edge.name.to_lowercase() == event.subject)?,
+            edge: machine.edge_named(&event.subject)?,
             onset_ns: event.start_ns,
             onset_in_log: (event.measured_rotation.as_ref()).is_none_or(|it| it.onset_in_log),
             onset_sigma_s: event.start_sigma_s,
