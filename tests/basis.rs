@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::analysis::run::analyse;
-use tipwatch_analyze::base::options::{Estimator, Options};
+use tipwatch_analyze::base::options::Estimator;
 use tipwatch_binding::{Commissioning, CommissioningItem, MachineFile, sha256};
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::machine::Proof;
 use tipwatch_mechanics::verdict::{Basis, Level, Verdict};
 
-use tipwatch_tests::{Values, data, write_edited};
+use tipwatch_tests::{Values, by, data, write_edited};
 
 /// A copy of the machine file of a log with these changes, beside its URDF.
 fn machine(name: &str, edit: impl Fn(String) -> String) -> (TempDir, PathBuf) {
@@ -104,10 +104,7 @@ fn causal(log: &str, machine: &Path) -> Analysis {
 }
 
 fn causal_of(log: &Path, machine: &Path) -> Analysis {
-    let options = Options {
-        estimator: Estimator::Causal,
-        ..Options::default()
-    };
+    let options = by(Estimator::Causal);
     let file = MachineFile::read(machine).unwrap();
     analyse(log, &file, options, &mut |_| {}).unwrap()
 }

@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 use tipwatch_analyze::analysis::Analysis;
-use tipwatch_analyze::base::options::{Estimator, Options};
+use tipwatch_analyze::base::options::Estimator;
 use tipwatch_analyze::events::{Event, EventKind};
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::state::Reason;
-use tipwatch_tests::{Values, analysed_with, data, write_edited};
+use tipwatch_tests::{Values, analysed_with, by, data, write_edited};
 
 /// An injected fault and the event expected for it.
 struct Case {
@@ -159,10 +159,7 @@ impl Scene {
     }
 
     fn analysed(&self, estimator: Estimator) -> Analysis {
-        let options = Options {
-            estimator,
-            ..Options::default()
-        };
+        let options = by(estimator);
         analysed_with(&self.log(), &self.machine(), options)
     }
 }
@@ -200,10 +197,7 @@ fn rows_of(analysis: &Analysis, case: &Case, slack_s: f64) -> (Vec<usize>, Vec<u
 }
 
 fn clean(estimator: Estimator) -> Analysis {
-    let options = Options {
-        estimator,
-        ..Options::default()
-    };
+    let options = by(estimator);
     analysed_with(&data("tiny.mcap"), &data("tiny.toml"), options)
 }
 

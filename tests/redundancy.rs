@@ -11,7 +11,9 @@ use tipwatch_analyze::events::EventKind;
 use tipwatch_mechanics::machine::FaultKind;
 use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::verdict::Level;
-use tipwatch_tests::{Values, analysed, analysed_with, data, write_edited, write_edited_without};
+use tipwatch_tests::{
+    Values, analysed, analysed_with, by, data, write_edited, write_edited_without,
+};
 
 /// A log, and the time in which a wheel is in the air (s after its first row).
 struct Scene {
@@ -230,10 +232,7 @@ fn judged(scene: &Scene, edit: Edit, policy: &str) -> Found {
 }
 
 fn causal() -> Options {
-    Options {
-        estimator: Estimator::Causal,
-        ..Options::default()
-    }
+    by(Estimator::Causal)
 }
 
 /// Contradictions found in a log.

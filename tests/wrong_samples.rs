@@ -5,7 +5,7 @@ use std::path::Path;
 
 use tempfile::TempDir;
 use tipwatch_analyze::analysis::{Analysis, DEFAULT_MIN_VALID, Undecided, clock_offsets};
-use tipwatch_analyze::base::options::{Estimator, Options};
+use tipwatch_analyze::base::options::Estimator;
 use tipwatch_analyze::events::{Event, EventKind};
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
@@ -13,7 +13,7 @@ use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::machine::FaultKind;
 use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::verdict::Level;
-use tipwatch_tests::{Values, analysed_with, data, write_edited};
+use tipwatch_tests::{Values, analysed_with, by, data, write_edited};
 
 const LIFT: &str = "lift.mcap";
 const BOTH: [Estimator; 2] = [Estimator::Smoother, Estimator::Causal];
@@ -27,10 +27,7 @@ fn with(estimator: Estimator, edit: &mut dyn FnMut(&str, &mut Values<'_>)) -> An
 }
 
 fn analysed(log: &Path, estimator: Estimator) -> Analysis {
-    let options = Options {
-        estimator,
-        ..Options::default()
-    };
+    let options = by(estimator);
     analysed_with(log, &data(LIFT).with_extension("toml"), options)
 }
 

@@ -380,9 +380,15 @@ mod tests {
         let spec = MachineSpec::from_toml(spec, "rigid.toml").unwrap();
         let machine = spec.check(urdf, "rigid.urdf", LogFacts::default()).unwrap();
         let sensors = Sensors {
+            joints: Vec::new(),
             imu: true,
             odometry: true,
-            ..Sensors::default()
+            tool_wrench: false,
+            actuators: Vec::new(),
+            switches: 0,
+            loads: 0,
+            commands: 0,
+            payload_signals: Vec::new(),
         };
         let mut watch = PlatformRotation::new(&machine, &sensors);
         let mut trace = RotationTrace::default();

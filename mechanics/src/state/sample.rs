@@ -83,6 +83,18 @@ pub struct Sample<'a> {
     pub values: &'a [f64],
 }
 
+impl<'a> Sample<'a> {
+    /// Of a sensor, measured at a time (ns).
+    #[must_use]
+    pub fn new(sensor: Sensor, stamp_ns: i64, values: &'a [f64]) -> Self {
+        Self {
+            sensor,
+            stamp_ns,
+            values,
+        }
+    }
+}
+
 /// Why a sample was not used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum SampleError {

@@ -239,11 +239,7 @@ impl<'a> LineControl<'a> {
             (Sensor::Joints(0), &self.joints[..]),
             (Sensor::Imu, &self.imu[..]),
         ] {
-            let sample = Sample {
-                sensor,
-                stamp_ns,
-                values,
-            };
+            let sample = Sample::new(sensor, stamp_ns, values);
             is_bad |= self.checks.step(&sample).is_err();
             let mut findings = self.checks.findings().iter();
             is_bad |= findings.any(|finding| finding.forbids_rows(true));
