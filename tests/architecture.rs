@@ -49,7 +49,7 @@ const RULES: [[&str; 3]; 17] = [
     [
         "ingest/can",
         "tipwatch_language",
-        "bits frame unit indicator tally container message j1939 database decoder",
+        "bits frame unit tally container message j1939 database decoder",
     ],
     [
         "ingest/storage",
