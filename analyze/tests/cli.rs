@@ -8,19 +8,12 @@ use std::sync::Arc;
 
 use tempfile::TempDir;
 
-use super::support::{code_and_stderr, data, text, tipwatch};
+use super::support::{code_and_stderr, data, into, text, tipwatch};
 
 /// Runs `analyze` on `log` with a machine file; returns exit code, stderr and the output folder.
 fn analyze(log: &Path, machine: &Path, more: &[&str]) -> (i32, String, TempDir) {
     let out = TempDir::new().unwrap();
-    let mut args = vec![
-        "analyze",
-        text(log),
-        "--machine",
-        text(machine),
-        "--out",
-        text(out.path()),
-    ];
+    let mut args = into("analyze", log, machine, out.path()).to_vec();
     args.extend(more);
     let output = tipwatch(&args);
     let (code, messages) = code_and_stderr(&output);

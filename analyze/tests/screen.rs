@@ -11,7 +11,7 @@ use tipwatch_analyze::tables::cell;
 use tipwatch_analyze::tables::parquet;
 use tipwatch_analyze::tables::table::Table;
 
-use super::support::{code_and_stderr, command, data, stderr, text, tipwatch};
+use super::support::{code_and_stderr, command, data, json, stderr, text, tipwatch};
 
 /// Screens with these arguments into `out`; returns exit code and messages.
 pub(super) fn screen(logs: &Path, out: &Path, more: &[&str]) -> (i32, String) {
@@ -48,10 +48,6 @@ pub(super) fn files(folder: &Path) -> BTreeMap<String, PathBuf> {
 
 pub(super) fn texts(table: &Table, column: &str) -> Vec<Option<String>> {
     table.column(column).unwrap().texts().unwrap()
-}
-
-pub(super) fn json(path: &Path) -> Value {
-    serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
 }
 
 /// What must not depend on the course of a run: tables, page and totals to the byte, and the names of the
