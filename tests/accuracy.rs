@@ -2,7 +2,7 @@
 
 use tipwatch_analyze::base::options::{Estimator, Options};
 use tipwatch_analyze::events::EventKind;
-use tipwatch_tests::{Truth, analysed, analysed_with, data, write_edited};
+use tipwatch_tests::{Truth, analysed, analysed_with, by, data, write_edited};
 
 const WHEELS: [&str; 4] = ["FL", "FR", "RL", "RR"];
 
@@ -10,10 +10,7 @@ const WHEELS: [&str; 4] = ["FL", "FR", "RL", "RR"];
 fn errors(log: &std::path::Path, start_up_s: f64) -> [f64; 2] {
     let truth = Truth::of(log, &WHEELS);
     let analysis = |estimator| {
-        let options = Options {
-            estimator,
-            ..Options::default()
-        };
+        let options = by(estimator);
         analysed(log, options)
     };
     [

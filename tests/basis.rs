@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::analysis::run::analyse;
-use tipwatch_analyze::base::options::{Estimator, Options};
+use tipwatch_analyze::base::options::Estimator;
 use tipwatch_binding::{Commissioning, CommissioningItem, MachineFile, sha256};
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::machine::Proof;
 use tipwatch_mechanics::verdict::{Basis, Level, Verdict};
 
-use tipwatch_tests::{Values, data, write_edited};
+use tipwatch_tests::{Values, by, data, write_edited};
 
 /// A copy of the machine file of a log with these changes, beside its URDF.
 fn machine(name: &str, edit: impl Fn(String) -> String) -> (TempDir, PathBuf) {
@@ -104,10 +104,7 @@ fn causal(log: &str, machine: &Path) -> Analysis {
 }
 
 fn causal_of(log: &Path, machine: &Path) -> Analysis {
-    let options = Options {
-        estimator: Estimator::Causal,
-        ..Options::default()
-    };
+    let options = by(Estimator::Causal);
     let file = MachineFile::read(machine).unwrap();
     analyse(log, &file, options, &mut |_| {}).unwrap()
 }
@@ -201,15 +198,9 @@ fn what_no_load_hangs_on_needs_no_proof() {
     let mut machine = file.check_alone().unwrap();
     machine.set_reference_loads().unwrap();
     let sensors = tipwatch_mechanics::state::Sensors {
-        joints: Vec::new(),
         imu: true,
         odometry: true,
-        tool_wrench: false,
-        actuators: Vec::new(),
-        switches: 0,
-        loads: 0,
-        commands: 0,
-        payload_signals: Vec::new(),
+        ..Default::default()
     };
     let needed = machine.needed_proofs(&sensors).names(&machine);
     let expected = [
@@ -226,8 +217,8 @@ fn what_no_load_hangs_on_needs_no_proof() {
     assert_eq!(sorted, expected, "{needed:?}");
 }
 
-/// A change of a message: topic, numbers, seconds since the first message.
-type Edit = Box<dyn FnMut(&str, &mut Values<'_>, f64)>;
+/// A change of the messages of a log.
+type Edit = Box<dyn FnMut(&str, &mut Values<'_>)>;
 
 /// A wrong sensor, the items of a commissioning that nobody has shown for it, and how it is wrong.
 struct Wrong {
@@ -236,170 +227,103 @@ struct Wrong {
     edit: fn() -> Edit,
 }
 
-fn joints(mut edit: impl FnMut(&mut Values<'_>, f64) + 'static) -> Edit {
-    Box::new(move |topic, values, time_s| {
-        if topic == "/joint_states" {
-            edit(values, time_s);
+const fn of_joints(name: &'static str, edit: fn() -> Edit) -> Wrong {
+    let open = &["joint."];
+    Wrong { name, open, edit }
+}
+
+const fn of_gyro(name: &'static str, edit: fn() -> Edit) -> Wrong {
+    let open = &["imu.angular_velocity."];
+    Wrong { name, open, edit }
+}
+
+const fn of_imu(name: &'static str, edit: fn() -> Edit) -> Wrong {
+    let open = &["imu."];
+    Wrong { name, open, edit }
+}
+
+/// Changes the messages of a topic.
+fn of(wanted: &'static str, mut edit: impl FnMut(&mut Values<'_>) + 'static) -> Edit {
+    Box::new(move |topic, values| {
+        if topic == wanted {
+            edit(values);
         }
     })
 }
 
-fn imu(mut edit: impl FnMut(&mut Values<'_>, f64) + 'static) -> Edit {
-    Box::new(move |topic, values, time_s| {
-        if topic == "/imu/data" {
-            edit(values, time_s);
+fn joints(edit: impl FnMut(&mut Values<'_>) + 'static) -> Edit {
+    of("/joint_states", edit)
+}
+
+fn imu(edit: impl FnMut(&mut Values<'_>) + 'static) -> Edit {
+    of("/imu/data", edit)
+}
+
+/// Joints that show so many times their positions, and their velocities to match, from a time on (s).
+fn scaled_from(from_s: f64, names: &'static [&str], by: f64) -> Edit {
+    joints(move |values| {
+        let is_time = values.time_s > from_s;
+        for name in names.iter().filter(|_| is_time) {
+            values.scale(&format!("position.{name}"), by);
+            values.scale(&format!("velocity.{name}"), by);
         }
     })
 }
 
-/// A joint that shows so many times its position, and its velocity to match.
-fn scaled(joint: &'static str, by: f64) -> Edit {
-    joints(move |values, _| times(values, &["position", "velocity"], joint, by))
+fn scaled(names: &'static [&str], by: f64) -> Edit {
+    scaled_from(f64::NEG_INFINITY, names, by)
 }
 
-/// Numbers of one part times a factor.
-fn times(values: &mut Values<'_>, kinds: &[&str], part: &str, by: f64) {
-    for kind in kinds {
-        let name = format!("{kind}.{part}");
-        values.set(&name, values.get(&name) * by);
-    }
+/// Numbers of the IMU times a factor.
+fn times(names: &'static [&str], by: f64) -> Edit {
+    imu(move |values| names.iter().for_each(|name| values.scale(name, by)))
 }
 
-fn turned_half(values: &mut Values<'_>) {
-    times(values, &["force", "turning"], "x", -1.0);
-    times(values, &["force", "turning"], "y", -1.0);
-}
-
-const OF_JOINTS: &[&str] = &["joint."];
-const OF_GYRO: &[&str] = &["imu.angular_velocity."];
-const OF_IMU: &[&str] = &["imu."];
+const ACROSS: [&str; 4] = ["force.x", "force.y", "turning.x", "turning.y"];
+const TURNING: [&str; 3] = ["turning.x", "turning.y", "turning.z"];
 const WRONG: &[Wrong] = &[
-    Wrong {
-        name: "slew, sign",
-        open: OF_JOINTS,
-        edit: || scaled("slew", -1.0),
-    },
-    Wrong {
-        name: "lift, sign",
-        open: OF_JOINTS,
-        edit: || scaled("lift", -1.0),
-    },
-    Wrong {
-        name: "tilt, half",
-        open: OF_JOINTS,
-        edit: || scaled("tilt", 0.5),
-    },
-    Wrong {
-        name: "extension, twice",
-        open: OF_JOINTS,
-        edit: || scaled("extension", 2.0),
-    },
-    Wrong {
-        name: "slew, stopped",
-        open: OF_JOINTS,
-        edit: || {
-            let mut first = None;
-            joints(move |values, _| {
-                let first = *first.get_or_insert_with(|| values.get("position.slew"));
-                values.set("position.slew", first);
-                values.set("velocity.slew", 0.0);
-            })
-        },
-    },
-    Wrong {
-        name: "slew, a quarter turn off from 1.2 s on",
-        open: OF_JOINTS,
-        edit: || {
-            joints(|values, time_s| {
-                let off = if time_s > 1.2 { 1.57 } else { 0.0 };
-                values.set("position.slew", values.get("position.slew") + off);
-            })
-        },
-    },
-    Wrong {
-        name: "all joints at zero",
-        open: OF_JOINTS,
-        edit: || {
-            joints(|values, _| {
-                for joint in ARM {
-                    times(values, &["position", "velocity"], joint, 0.0);
-                }
-            })
-        },
-    },
-    Wrong {
-        name: "all joints at zero from 1.2 s on",
-        open: OF_JOINTS,
-        edit: || {
-            joints(|values, time_s| {
-                for joint in ARM.into_iter().filter(|_| time_s > 1.2) {
-                    times(values, &["position", "velocity"], joint, 0.0);
-                }
-            })
-        },
-    },
-    Wrong {
-        name: "tilt and extension exchanged",
-        open: OF_JOINTS,
-        edit: || {
-            joints(|values, _| {
-                for kind in ["position", "velocity"] {
-                    let [a, b] = ["tilt", "extension"].map(|joint| format!("{kind}.{joint}"));
-                    let (tilt, extension) = (values.get(&a), values.get(&b));
-                    values.set(&a, extension);
-                    values.set(&b, tilt);
-                }
-            })
-        },
-    },
-    Wrong {
-        name: "IMU turned by 180 degrees",
-        open: OF_IMU,
-        edit: || imu(|values, _| turned_half(values)),
-    },
-    Wrong {
-        name: "gyro, sign of roll",
-        open: OF_GYRO,
-        edit: || imu(|values, _| times(values, &["turning"], "x", -1.0)),
-    },
-    Wrong {
-        name: "gyro, stopped",
-        open: OF_GYRO,
-        edit: || {
-            imu(|values, _| {
-                for axis in ["x", "y", "z"] {
-                    times(values, &["turning"], axis, 0.0);
-                }
-            })
-        },
-    },
-    Wrong {
-        name: "accelerometer, sign of y",
-        open: OF_IMU,
-        edit: || imu(|values, _| times(values, &["force"], "y", -1.0)),
-    },
-    Wrong {
-        name: "accelerometer, half",
-        open: OF_IMU,
-        edit: || {
-            imu(|values, _| {
-                for axis in ["x", "y", "z"] {
-                    times(values, &["force"], axis, 0.5);
-                }
-            })
-        },
-    },
-    Wrong {
-        name: "accelerometer, 20 m/s^2 from 0.7 s on",
-        open: OF_IMU,
-        edit: || {
-            imu(|values, time_s| {
-                if time_s > 0.7 {
-                    values.set("force.z", 20.0);
-                }
-            })
-        },
-    },
+    of_joints("slew, sign", || scaled(&["slew"], -1.0)),
+    of_joints("lift, sign", || scaled(&["lift"], -1.0)),
+    of_joints("tilt, half", || scaled(&["tilt"], 0.5)),
+    of_joints("extension, twice", || scaled(&["extension"], 2.0)),
+    of_joints("slew, stopped", || {
+        let mut first = None;
+        joints(move |values| {
+            let first = *first.get_or_insert_with(|| values.get("position.slew"));
+            values.set("position.slew", first);
+            values.set("velocity.slew", 0.0);
+        })
+    }),
+    of_joints("slew, a quarter turn off from 1.2 s on", || {
+        joints(|values| {
+            let off = if values.time_s > 1.2 { 1.57 } else { 0.0 };
+            values.shift("position.slew", off);
+        })
+    }),
+    of_joints("all joints at zero", || scaled(&ARM, 0.0)),
+    of_joints("all joints at zero from 1.2 s on", || {
+        scaled_from(1.2, &ARM, 0.0)
+    }),
+    of_joints("tilt and extension exchanged", || {
+        joints(|values| {
+            values.exchange("position.tilt", "position.extension");
+            values.exchange("velocity.tilt", "velocity.extension");
+        })
+    }),
+    of_imu("IMU turned by 180 degrees", || times(&ACROSS, -1.0)),
+    of_gyro("gyro, sign of roll", || times(&["turning.x"], -1.0)),
+    of_gyro("gyro, stopped", || times(&TURNING, 0.0)),
+    of_imu("accelerometer, sign of y", || times(&["force.y"], -1.0)),
+    of_imu("accelerometer, half", || {
+        times(&["force.x", "force.y", "force.z"], 0.5)
+    }),
+    of_imu("accelerometer, 20 m/s^2 from 0.7 s on", || {
+        imu(|values| {
+            if values.time_s > 0.7 {
+                values.set("force.z", 20.0);
+            }
+        })
+    }),
 ];
 const ARM: [&str; 4] = ["slew", "lift", "tilt", "extension"];
 
@@ -408,11 +332,7 @@ fn judged(log: &str, wrong: &Wrong) -> Analysis {
     let (folder, path) = machine(log, |text| named(on_plane_ground(text)));
     commission(&path, wrong.open);
     let edited = folder.path().join("edited.mcap");
-    let (mut edit, mut start_ns) = ((wrong.edit)(), None);
-    write_edited(&data(log), &edited, &mut |topic, values| {
-        let start_ns = *start_ns.get_or_insert(values.stamp_ns);
-        edit(topic, values, (values.stamp_ns - start_ns) as f64 * 1e-9);
-    });
+    write_edited(&data(log), &edited, &mut (wrong.edit)());
     causal_of(&edited, &path)
 }
 
@@ -477,30 +397,15 @@ fn commissioned_joints_that_read_zero_from_the_start_are_not_proven() {
     let log = "../../analyze/demo/demo.mcap";
     let lifted = lifted(log);
     assert!(lifted.len() > 50, "{}", lifted.len());
-    const ZERO: &[Wrong] = &[
-        Wrong {
-            name: "all joints",
-            open: &[],
-            edit: || {
-                joints(|values, _| {
-                    for joint in ARM {
-                        times(values, &["position", "velocity"], joint, 0.0);
-                    }
-                })
-            },
-        },
-        Wrong {
-            name: "slew",
-            open: &[],
-            edit: || scaled("slew", 0.0),
-        },
-        Wrong {
-            name: "extension",
-            open: &[],
-            edit: || scaled("extension", 0.0),
-        },
+    const ZERO: [fn() -> Edit; 3] = [
+        || scaled(&ARM, 0.0),
+        || scaled(&["slew"], 0.0),
+        || scaled(&["extension"], 0.0),
     ];
-    for wrong in ZERO {
+    let names = ["all joints", "slew", "extension"];
+    for (name, edit) in names.into_iter().zip(ZERO) {
+        let open = &[];
+        let wrong = &Wrong { name, open, edit };
         let found = judged(log, wrong);
         let rows = verdicts(&found).iter();
         for (time_ns, verdict) in found.rows.times_ns.iter().zip(rows) {

@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use tipwatch_analyze::base::options::{Estimator, Options};
+use tipwatch_analyze::base::options::Estimator;
 use tipwatch_analyze::load::load;
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
 use tipwatch_mechanics::estimation::{CausalEstimator, RowClock};
 use tipwatch_mechanics::state::{Reason, Reasons};
 use tipwatch_mechanics::{Quantity, Scope, Workspace, evaluate};
-use tipwatch_tests::{analysed, analysed_with, data, write_edited};
+use tipwatch_tests::{analysed, analysed_with, by, data, write_edited};
 
 #[test]
 fn causal_analysis_equals_sample_by_sample() {
@@ -40,14 +40,7 @@ fn implausible_signals_keep_that_equality() {
 }
 
 fn assert_equals_one_sample_at_a_time(path: &Path, machine: &Path) -> Vec<Reasons> {
-    let analysis = analysed_with(
-        path,
-        machine,
-        Options {
-            estimator: Estimator::Causal,
-            ..Options::default()
-        },
-    );
+    let analysis = analysed_with(path, machine, by(Estimator::Causal));
     let log = Log::open(path).unwrap();
     let file = MachineFile::read(machine).unwrap();
     let loaded = load(&log, &file, Estimator::Causal, &mut |_| {}).unwrap();
@@ -87,13 +80,7 @@ fn assert_equals_one_sample_at_a_time(path: &Path, machine: &Path) -> Vec<Reason
 #[test]
 fn rows_before_the_first_imu_sample_do_not_spoil_later_ones() {
     let log = data("../../analyze/demo/demo.mcap");
-    let analysis = analysed(
-        &log,
-        Options {
-            estimator: Estimator::Causal,
-            ..Options::default()
-        },
-    );
+    let analysis = analysed(&log, by(Estimator::Causal));
     let reasons = &analysis.rows.reasons;
     assert!(
         reasons[0].has(Reason::ImuGap),

@@ -144,11 +144,7 @@ fn use_samples(machine: &Machine, samples: &[(u8, u64, Vec<u64>)]) {
         let count = sensors.value_count(recording.sensor).unwrap();
         let numbers = bits.iter().map(|&bits| number(bits)).chain([0.5]);
         let values: Vec<f64> = numbers.cycle().take(count).collect();
-        let sample = Sample {
-            sensor: recording.sensor,
-            stamp_ns,
-            values: &values,
-        };
+        let sample = Sample::new(recording.sensor, stamp_ns, &values);
         let _ = estimator.push(machine, &sample, &mut |row| {
             evaluate(machine, &row.state, &mut workspace);
         });

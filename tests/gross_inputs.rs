@@ -16,257 +16,138 @@ use tipwatch_mechanics::verdict::Level;
 use tipwatch_mechanics::{MachineError, MachineSpec, Quantity};
 use tipwatch_tests::{Values, analysed_with, data, write_edited, write_edited_without};
 
-/// What changes a message of this topic.
-type Edit = fn(&str, &mut Values<'_>);
+/// What changes a message.
+type Edit = fn(&mut Values<'_>);
 
 const RAD_TO_DEG: f64 = 57.295_779_513;
 const ARM: [&str; 3] = ["slew", "lift", "tilt"];
 const AXES: [&str; 3] = ["x", "y", "z"];
+const QUATERNION: [&str; 4] = ["x", "y", "z", "w"];
 
 /// A fault in every message of a log, and the gross input that it is.
 struct Case {
     name: &'static str,
     log: &'static str,
-    edit: fn(&str, &mut Values<'_>),
+    edit: Edit,
     kind: GrossInputKind,
     /// A word of the headline or the correction.
     says: &'static str,
 }
 
-fn scale(values: &mut Values<'_>, name: &str, factor: f64) {
-    values.set(name, values.get(name) * factor);
+fn scale_force(values: &mut Values<'_>, factor: f64) {
+    scale(values, "/imu/data", &["force"], &AXES, factor);
 }
 
-fn scale_force(topic: &str, values: &mut Values<'_>, factor: f64) {
-    if topic == "/imu/data" {
-        for axis in AXES {
-            scale(values, &format!("force.{axis}"), factor);
-        }
-    }
+fn scale_joints(values: &mut Values<'_>, lists: &[&str], names: &[&str], factor: f64) {
+    scale(values, "/joint_states", lists, names, factor);
 }
 
-fn scale_joints(topic: &str, values: &mut Values<'_>, lists: &[&str], names: &[&str], factor: f64) {
-    if topic == "/joint_states" {
+/// Multiplies numbers of the messages of a topic.
+fn scale(values: &mut Values<'_>, topic: &str, lists: &[&str], names: &[&str], factor: f64) {
+    if values.topic == topic {
         for list in lists {
             for name in names {
-                scale(values, &format!("{list}.{name}"), factor);
+                values.scale(&format!("{list}.{name}"), factor);
             }
         }
     }
 }
 
-const CASES: [Case; 19] = [
-    Case {
-        name: "specific force in g",
-        log: "tiny_lift",
-        edit: |topic, values| scale_force(topic, values, 1.0 / 9.806_65),
-        kind: GrossInputKind::SpecificForceScale,
-        says: "units of g",
-    },
-    Case {
-        name: "specific force in thousandths of g",
-        log: "tiny_lift",
-        edit: |topic, values| scale_force(topic, values, 1000.0 / 9.806_65),
-        kind: GrossInputKind::SpecificForceScale,
-        says: "thousandths of g",
-    },
-    Case {
-        name: "specific force in feet per second squared, machine in motion",
-        log: "corner_brake",
-        edit: |topic, values| scale_force(topic, values, 1.0 / 0.3048),
-        kind: GrossInputKind::SpecificForceScale,
-        says: "feet",
-    },
-    Case {
-        name: "specific force of a wrong scale",
-        log: "tiny_lift",
-        edit: |topic, values| scale_force(topic, values, 0.8),
-        kind: GrossInputKind::SpecificForceScale,
-        says: "scale = 1.2",
-    },
-    Case {
-        name: "gravity removed",
-        log: "tiny_lift",
-        edit: |topic, values| {
-            if topic == "/imu/data" {
-                let [x, y, z, w] =
-                    ["x", "y", "z", "w"].map(|part| values.get(&format!("attitude.{part}")));
-                let up = [
-                    2.0 * (x * z - w * y),
-                    2.0 * (y * z + w * x),
-                    1.0 - 2.0 * (x * x + y * y),
-                ];
-                for (axis, up) in AXES.iter().zip(up) {
-                    let name = format!("force.{axis}");
-                    values.set(&name, values.get(&name) - 9.8066 * up);
-                }
-            }
-        },
-        kind: GrossInputKind::SpecificForceScale,
-        says: "gravity seems to be removed",
-    },
-    Case {
-        name: "specific force of the opposite sign",
-        log: "tiny_lift",
-        edit: |topic, values| scale_force(topic, values, -1.0),
-        kind: GrossInputKind::SpecificForceDirection,
-        says: "opposite sign",
-    },
-    Case {
-        name: "angular velocity in degrees per second",
-        log: "corner_brake",
-        edit: |topic, values| {
-            if topic == "/imu/data" {
-                for axis in AXES {
-                    scale(values, &format!("turning.{axis}"), RAD_TO_DEG);
-                }
-            }
-        },
-        kind: GrossInputKind::AngularVelocityScale,
-        says: "degrees per second",
-    },
-    Case {
-        name: "joint positions in degrees",
-        log: "tiny_lift",
-        edit: |topic, values| scale_joints(topic, values, &["position"], &ARM, RAD_TO_DEG),
-        kind: GrossInputKind::JointPositionScale,
-        says: "degrees",
-    },
-    Case {
-        name: "joint positions and velocities in degrees",
-        log: "tiny_lift",
-        edit: |topic, values| {
-            scale_joints(topic, values, &["position", "velocity"], &ARM, RAD_TO_DEG);
-        },
-        kind: GrossInputKind::JointPositionScale,
-        says: "degrees",
-    },
-    Case {
-        name: "joint velocities in degrees per second",
-        log: "tiny_lift",
-        edit: |topic, values| scale_joints(topic, values, &["velocity"], &ARM, RAD_TO_DEG),
-        kind: GrossInputKind::JointVelocityScale,
-        says: "degrees per second",
-    },
-    Case {
-        name: "joint velocities of the opposite sign",
-        log: "tiny_lift",
-        edit: |topic, values| scale_joints(topic, values, &["velocity"], &ARM, -1.0),
-        kind: GrossInputKind::JointVelocityScale,
-        says: "opposite sign",
-    },
-    Case {
-        name: "a stroke in millimetres",
-        log: "tiny_lift",
-        edit: |topic, values| {
-            scale_joints(
-                topic,
-                values,
-                &["position", "velocity"],
-                &["extension"],
-                1000.0,
-            );
-        },
-        kind: GrossInputKind::JointPositionScale,
-        says: "millimetres",
-    },
-    Case {
-        name: "quaternions that are not of unit length",
-        log: "tiny_lift",
-        edit: |topic, values| {
-            if topic == "/imu/data" {
-                for part in ["x", "y", "z", "w"] {
-                    scale(values, &format!("attitude.{part}"), 3.0);
-                }
-            }
-        },
-        kind: GrossInputKind::Attitude,
-        says: "length 1",
-    },
-    Case {
-        name: "an attitude whose z axis points down",
-        log: "tiny_lift",
-        edit: |topic, values| {
-            if topic == "/imu/data" {
-                let [x, y, z, w] =
-                    ["x", "y", "z", "w"].map(|p| values.get(&format!("attitude.{p}")));
-                for (part, value) in [("x", w), ("y", z), ("z", -y), ("w", -x)] {
-                    values.set(&format!("attitude.{part}"), value);
-                }
-            }
-        },
-        kind: GrossInputKind::Attitude,
-        says: "where up is",
-    },
-    Case {
-        name: "odometry in kilometres per hour",
-        log: "corner_brake",
-        edit: |topic, values| {
-            if topic == "/odom" {
-                scale(values, "velocity.x", 3.6);
-            }
-        },
-        kind: GrossInputKind::OdometryScale,
-        says: "kilometres per hour",
-    },
-    Case {
-        name: "odometry in millimetres per second",
-        log: "corner_brake",
-        edit: |topic, values| {
-            if topic == "/odom" {
-                scale(values, "velocity.x", 1000.0);
-            }
-        },
-        kind: GrossInputKind::OdometryScale,
-        says: "millimetres per second",
-    },
-    Case {
-        name: "wheel velocities in revolutions per minute",
-        log: "corner_brake",
-        edit: |topic, values| {
-            let wheels = ["wheel_fl", "wheel_fr", "wheel_rl", "wheel_rr"];
-            scale_joints(topic, values, &["velocity"], &wheels, 9.549_3);
-        },
-        kind: GrossInputKind::JointVelocityScale,
-        says: "revolutions per minute",
-    },
-    Case {
-        name: "left and right wheels exchanged",
-        log: "corner_brake",
-        edit: |topic, values| {
-            if topic == "/joint_states" {
-                for (left, right) in [("wheel_fl", "wheel_fr"), ("wheel_rl", "wheel_rr")] {
-                    for list in ["position", "velocity"] {
-                        let names = [left, right].map(|wheel| format!("{list}.{wheel}"));
-                        let [of_left, of_right] = [values.get(&names[0]), values.get(&names[1])];
-                        values.set(&names[0], of_right);
-                        values.set(&names[1], of_left);
-                    }
-                }
-            }
-        },
-        kind: GrossInputKind::WheelsExchanged,
-        says: "exchanged",
-    },
-    Case {
-        name: "a specific force turned to the side",
-        log: "tiny_lift",
-        edit: |topic, values| {
-            if topic == "/imu/data" {
-                let [y, z] = [values.get("force.y"), values.get("force.z")];
-                values.set("force.y", z);
-                values.set("force.z", -y);
-            }
-        },
-        kind: GrossInputKind::Attitude,
-        says: "where up is",
-    },
-];
+fn gravity_removed(values: &mut Values<'_>) {
+    if values.topic == "/imu/data" {
+        let [x, y, z, w] = QUATERNION.map(|part| values.get(&format!("attitude.{part}")));
+        let up = [
+            2.0 * (x * z - w * y),
+            2.0 * (y * z + w * x),
+            1.0 - 2.0 * (x * x + y * y),
+        ];
+        for (axis, up) in AXES.iter().zip(up) {
+            values.shift(&format!("force.{axis}"), -9.8066 * up);
+        }
+    }
+}
 
-fn edited(folder: &TempDir, log: &str, edit: fn(&str, &mut Values<'_>)) -> Analysis {
+fn attitude_down(values: &mut Values<'_>) {
+    if values.topic == "/imu/data" {
+        let [x, y, z, w] = QUATERNION.map(|part| values.get(&format!("attitude.{part}")));
+        for (part, value) in [("x", w), ("y", z), ("z", -y), ("w", -x)] {
+            values.set(&format!("attitude.{part}"), value);
+        }
+    }
+}
+
+fn wheels_exchanged(values: &mut Values<'_>) {
+    if values.topic == "/joint_states" {
+        for axle in ["f", "r"] {
+            for list in ["position", "velocity"] {
+                let [left, right] = ["l", "r"].map(|side| format!("{list}.wheel_{axle}{side}"));
+                values.exchange(&left, &right);
+            }
+        }
+    }
+}
+
+fn force_turned(values: &mut Values<'_>) {
+    if values.topic == "/imu/data" {
+        let [y, z] = [values.get("force.y"), values.get("force.z")];
+        values.set("force.y", z);
+        values.set("force.z", -y);
+    }
+}
+
+/// One fault a row: the log, the gross input, a word of its headline or correction, the name, the change.
+macro_rules! cases {
+    ($($log:ident $kind:ident $says:literal $name:literal $edit:expr;)*) => {
+        &[$(Case {
+            name: $name,
+            log: stringify!($log),
+            edit: $edit,
+            kind: GrossInputKind::$kind,
+            says: $says,
+        }),*]
+    };
+}
+
+const BOTH: [&str; 2] = ["position", "velocity"];
+const WHEELS: [&str; 4] = ["wheel_fl", "wheel_fr", "wheel_rl", "wheel_rr"];
+const CASES: &[Case] = cases! {
+    tiny_lift SpecificForceScale "units of g" "specific force in g" |it| scale_force(it, 1.0 / 9.806_65);
+    tiny_lift SpecificForceScale "thousandths of g" "specific force in thousandths of g"
+        |it| scale_force(it, 1000.0 / 9.806_65);
+    corner_brake SpecificForceScale "feet" "specific force in feet per second squared, machine in motion"
+        |it| scale_force(it, 1.0 / 0.3048);
+    tiny_lift SpecificForceScale "scale = 1.2" "specific force of a wrong scale" |it| scale_force(it, 0.8);
+    tiny_lift SpecificForceScale "gravity seems to be removed" "gravity removed" gravity_removed;
+    tiny_lift SpecificForceDirection "opposite sign" "specific force of the opposite sign" |it| scale_force(it, -1.0);
+    corner_brake AngularVelocityScale "degrees per second" "angular velocity in degrees per second"
+        |it| scale(it, "/imu/data", &["turning"], &AXES, RAD_TO_DEG);
+    tiny_lift JointPositionScale "degrees" "joint positions in degrees"
+        |it| scale_joints(it, &["position"], &ARM, RAD_TO_DEG);
+    tiny_lift JointPositionScale "degrees" "joint positions and velocities in degrees"
+        |it| scale_joints(it, &BOTH, &ARM, RAD_TO_DEG);
+    tiny_lift JointVelocityScale "degrees per second" "joint velocities in degrees per second"
+        |it| scale_joints(it, &["velocity"], &ARM, RAD_TO_DEG);
+    tiny_lift JointVelocityScale "opposite sign" "joint velocities of the opposite sign"
+        |it| scale_joints(it, &["velocity"], &ARM, -1.0);
+    tiny_lift JointPositionScale "millimetres" "a stroke in millimetres"
+        |it| scale_joints(it, &BOTH, &["extension"], 1000.0);
+    tiny_lift Attitude "length 1" "quaternions that are not of unit length"
+        |it| scale(it, "/imu/data", &["attitude"], &QUATERNION, 3.0);
+    tiny_lift Attitude "where up is" "an attitude whose z axis points down" attitude_down;
+    corner_brake OdometryScale "kilometres per hour" "odometry in kilometres per hour"
+        |it| scale(it, "/odom", &["velocity"], &["x"], 3.6);
+    corner_brake OdometryScale "millimetres per second" "odometry in millimetres per second"
+        |it| scale(it, "/odom", &["velocity"], &["x"], 1000.0);
+    corner_brake JointVelocityScale "revolutions per minute" "wheel velocities in revolutions per minute"
+        |it| scale_joints(it, &["velocity"], &WHEELS, 9.549_3);
+    corner_brake WheelsExchanged "exchanged" "left and right wheels exchanged" wheels_exchanged;
+    tiny_lift Attitude "where up is" "a specific force turned to the side" force_turned;
+};
+
+fn edited(folder: &TempDir, log: &str, edit: Edit) -> Analysis {
     let path = folder.path().join("edited.mcap");
     let from = data(&format!("{log}.mcap"));
-    write_edited(&from, &path, &mut |topic, values| edit(topic, values));
+    write_edited(&from, &path, &mut |_, values| edit(values));
     analysed_with(&path, &data(&format!("{log}.toml")), Options::default())
 }
 
@@ -274,7 +155,7 @@ fn edited(folder: &TempDir, log: &str, edit: fn(&str, &mut Values<'_>)) -> Analy
 #[test]
 fn nothing_is_concluded_from_signals_in_other_units() {
     let mut missed = Vec::new();
-    for case in &CASES {
+    for case in CASES {
         let folder = TempDir::new().unwrap();
         let analysis = edited(&folder, case.log, case.edit);
         let gross = &analysis.gross_inputs;
@@ -316,40 +197,31 @@ fn good_and_unusual_logs_have_no_gross_input() {
         "swing_lift",
         "second_paper",
     ] {
-        let analysis = edited(&TempDir::new().unwrap(), log, |_, _| ());
+        let analysis = edited(&TempDir::new().unwrap(), log, |_| ());
         assert_eq!(analysis.gross_inputs, [], "{log}");
     }
     let unusual: [(&str, Edit); 4] = [
-        ("encoders with a wrong zero", |topic, values| {
-            if topic == "/joint_states" {
-                let steer = values.get("position.steer_fl");
-                values.set("position.steer_fl", steer + 10.4);
+        ("encoders with a wrong zero", |it| {
+            if it.topic == "/joint_states" {
+                it.shift("position.steer_fl", 10.4);
             }
         }),
-        (
-            "a slewing joint that is one turn further",
-            |topic, values| {
-                if topic == "/joint_states" {
-                    let slew = values.get("position.slew");
-                    values.set("position.slew", slew + std::f64::consts::TAU);
-                }
-            },
-        ),
-        (
-            "an accelerometer with a bias of 0.3 m/s^2",
-            |topic, values| {
-                if topic == "/imu/data" {
-                    let z = values.get("force.z");
-                    values.set("force.z", z + 0.3);
-                }
-            },
-        ),
-        ("a slope of 20 degrees more", |topic, values| {
-            if topic == "/imu/data" {
-                let [y, z] = [values.get("force.y"), values.get("force.z")];
+        ("a slewing joint that is one turn further", |it| {
+            if it.topic == "/joint_states" {
+                it.shift("position.slew", std::f64::consts::TAU);
+            }
+        }),
+        ("an accelerometer with a bias of 0.3 m/s^2", |it| {
+            if it.topic == "/imu/data" {
+                it.shift("force.z", 0.3);
+            }
+        }),
+        ("a slope of 20 degrees more", |it| {
+            if it.topic == "/imu/data" {
+                let [y, z] = [it.get("force.y"), it.get("force.z")];
                 let (sin, cos) = 20.0_f64.to_radians().sin_cos();
-                values.set("force.y", cos * y - sin * z);
-                values.set("force.z", sin * y + cos * z);
+                it.set("force.y", cos * y - sin * z);
+                it.set("force.z", sin * y + cos * z);
             }
         }),
     ];
@@ -401,8 +273,8 @@ fn angles_beyond_a_full_circle_are_told() {
     assert!(angles.fix.contains("0.0174533"), "{}", angles.fix);
 }
 
-fn planar(topic: &str, values: &mut Values<'_>) {
-    if topic == "/imu/data" || topic == "/odom" {
+fn planar(values: &mut Values<'_>) {
+    if ["/imu/data", "/odom"].contains(&values.topic) {
         let [z, w] = ["z", "w"].map(|part| values.get(&format!("attitude.{part}")));
         let length = z.hypot(w);
         for (part, value) in [("x", 0.0), ("y", 0.0), ("z", z / length), ("w", w / length)] {
@@ -463,14 +335,11 @@ fn planar_odometry_in_place_of_an_imu_is_not_level_ground() {
         .replace("tiny_lift.urdf", data("tiny_lift.urdf").to_str().unwrap());
     std::fs::write(&machine, text).unwrap();
     for (edit, kinds) in [
-        (
-            planar as fn(&str, &mut Values<'_>),
-            vec![GrossInputKind::SlopeUnknown],
-        ),
-        (|_: &str, _: &mut Values<'_>| (), vec![]),
+        (planar as Edit, vec![GrossInputKind::SlopeUnknown]),
+        (|_| (), vec![]),
     ] {
-        write_edited_without(&data("tiny_lift.mcap"), &path, "/imu/data", &mut |t, v| {
-            edit(t, v);
+        write_edited_without(&data("tiny_lift.mcap"), &path, "/imu/data", &mut |_, v| {
+            edit(v);
         });
         let analysis = analysed_with(&path, &machine, Options::default());
         let found: Vec<_> = analysis
@@ -488,8 +357,8 @@ fn planar_odometry_in_place_of_an_imu_is_not_level_ground() {
 fn the_program_tells_gross_inputs_first_and_fails() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("edited.mcap");
-    write_edited(&data("tiny_lift.mcap"), &path, &mut |topic, values| {
-        scale_force(topic, values, 1.0 / 9.806_65);
+    write_edited(&data("tiny_lift.mcap"), &path, &mut |_, values| {
+        scale_force(values, 1.0 / 9.806_65);
     });
     let out = folder.path().join("out");
     let output = Command::new(env!("CARGO_BIN_EXE_programs"))
@@ -786,8 +655,8 @@ fn forces_of_jacks_in_another_unit_lift_nothing() {
 #[test]
 fn a_gyro_that_is_marked_as_not_measured_is_told_as_missing() {
     let folder = TempDir::new().unwrap();
-    let analysis = edited(&folder, "tiny_lift", |topic, values| {
-        if topic == "/imu/data" {
+    let analysis = edited(&folder, "tiny_lift", |values| {
+        if values.topic == "/imu/data" {
             values.set("turning.covariance", -1.0);
             for axis in AXES {
                 values.set(&format!("turning.{axis}"), 0.0);

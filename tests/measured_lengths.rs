@@ -31,10 +31,7 @@ fn analysed(edit: impl Fn(f64, f64) -> f64) -> Analysis {
     let mut strokes: Vec<(i64, f64)> = Vec::new();
     write_edited(&from, &to, &mut |topic, values| {
         if topic == "/joint_states" {
-            let pivot = Motion {
-                position: values.get("position.lift"),
-                ..Motion::zero()
-            };
+            let pivot = Motion::at_rest(values.get("position.lift"));
             strokes.push((values.stamp_ns, lift.solve(&pivot).rod.displacement));
         }
     });

@@ -2,11 +2,11 @@
 
 use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::analysis::run::analyse;
-use tipwatch_analyze::base::options::{Estimator, Options};
+use tipwatch_analyze::base::options::Estimator;
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::machine::FaultKind;
-use tipwatch_tests::data;
+use tipwatch_tests::{by, data};
 
 /// `tiny.toml` with different signals.
 fn machine_file(signals: &str) -> String {
@@ -17,10 +17,7 @@ fn machine_file(signals: &str) -> String {
 
 fn analysed(signals: &str, estimator: Estimator) -> anyhow::Result<Analysis> {
     let file = MachineFile::from_text(&data("tiny.toml"), &machine_file(signals))?;
-    let options = Options {
-        estimator,
-        ..Options::default()
-    };
+    let options = by(estimator);
     analyse(&data("tiny.mcap"), &file, options, &mut |_| {})
 }
 

@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 use tipwatch_analyze::analysis::Analysis;
-use tipwatch_analyze::base::options::{Estimator, Options};
+use tipwatch_analyze::base::options::Estimator;
 use tipwatch_analyze::events::{Event, EventKind};
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::state::Reason;
-use tipwatch_tests::{Values, analysed_with, data, write_edited};
+use tipwatch_tests::{Values, analysed_with, by, data, write_edited};
 
 /// An injected fault and the event expected for it.
 struct Case {
@@ -45,179 +45,70 @@ const KEPT: [&str; 8] = [
 
 const IMU: Option<Reason> = Some(Reason::ImuFault);
 const JOINTS: Option<Reason> = Some(Reason::JointsFault);
-const CASES: [Case; 13] = [
-    Case {
-        name: "NaN in the specific force",
-        topic: "/imu/data",
-        span_s: [1.0, 1.1],
-        edit: |values, _| values.set("force.y", f64::NAN),
-        subject: "imu.specific_force",
-        kind: "not_finite",
-        unit: "samples",
-        worst: [12.0, 13.0],
-        slack_s: 0.01,
-        // bridged like lost samples
-        reason: None,
-    },
-    Case {
-        name: "one infinite angular velocity",
-        topic: "/imu/data",
-        span_s: [1.5, 1.507],
-        edit: |values, _| values.set("turning.x", f64::INFINITY),
-        subject: "imu.angular_velocity",
-        kind: "not_finite",
-        unit: "samples",
-        worst: [1.0, 1.0],
-        slack_s: 0.01,
-        // bridged like lost samples
-        reason: None,
-    },
-    Case {
-        name: "a specific force of six g",
-        topic: "/imu/data",
-        span_s: [1.5, 1.6],
-        edit: |values, _| values.set("force.x", 58.8),
-        subject: "imu.specific_force",
-        kind: "out_of_range",
-        unit: "m/s^2",
-        worst: [58.8, 60.0],
-        slack_s: 0.01,
-        reason: IMU,
-    },
-    Case {
-        name: "a spike of the gyro",
-        topic: "/imu/data",
-        span_s: [1.5, 1.52],
-        edit: |values, _| values.set("turning.z", 6.0),
-        subject: "imu.angular_velocity",
-        kind: "impossible_rate",
-        unit: "rad/s^2",
-        worst: [300.0, 800.0],
-        slack_s: 0.01,
-        reason: IMU,
-    },
-    Case {
-        name: "a frozen specific force",
-        topic: "/imu/data",
-        span_s: [1.0, 2.2],
-        edit: |values, memory| {
-            for axis in ["force.x", "force.y", "force.z"] {
-                values.set(axis, memory.0[axis]);
-            }
-        },
-        subject: "imu.specific_force",
-        kind: "frozen",
-        unit: "s",
-        worst: [1.15, 1.22],
-        slack_s: 0.02,
-        reason: IMU,
-    },
-    Case {
-        name: "a frozen gyro",
-        topic: "/imu/data",
-        span_s: [1.0, 2.2],
-        edit: |values, memory| {
-            for axis in ["turning.x", "turning.y", "turning.z"] {
-                values.set(axis, memory.0[axis]);
-            }
-        },
-        subject: "imu.angular_velocity",
-        kind: "frozen",
-        unit: "s",
-        worst: [1.15, 1.22],
-        slack_s: 0.02,
-        reason: IMU,
-    },
-    Case {
-        name: "a quaternion that is not unit",
-        topic: "/imu/data",
-        span_s: [1.0, 1.5],
-        edit: |values, _| {
-            for axis in ["attitude.x", "attitude.y", "attitude.z", "attitude.w"] {
-                values.set(axis, 1.05 * values.get(axis));
-            }
-        },
-        subject: "imu.attitude",
-        kind: "not_unit",
-        unit: "-",
-        worst: [1.0499, 1.0501],
-        slack_s: 0.01,
-        reason: None,
-    },
-    Case {
-        name: "a position that jumps",
-        topic: "/joint_states",
-        span_s: [1.5, 1.535],
-        edit: |values, _| values.set("position.lift", values.get("position.lift") + 3.0),
-        subject: "joint_states.lift",
-        kind: "impossible_rate",
-        unit: "rad/s",
-        worst: [60.0, 400.0],
-        slack_s: 0.015,
-        reason: JOINTS,
-    },
-    Case {
-        name: "a position beyond the joint's limit",
-        topic: "/joint_states",
-        // nothing is injected: in this case the machine has a limit of 0.15 rad, which the arm exceeds
-        span_s: [0.68, 1.26],
-        edit: |_, _| {},
-        subject: "joint_states.slew",
-        kind: "joint_limit",
-        unit: "rad",
-        worst: [0.279, 0.280],
-        slack_s: 0.015,
-        reason: JOINTS,
-    },
-    Case {
-        name: "a rate that no joint has",
-        topic: "/joint_states",
-        span_s: [1.5, 1.6],
-        edit: |values, _| values.set("velocity.slew", -30.0),
-        subject: "joint_states.slew",
-        kind: "impossible_rate",
-        unit: "rad/s",
-        worst: [30.0, 30.0],
-        slack_s: 0.015,
-        reason: JOINTS,
-    },
-    Case {
-        name: "a frozen joint that says it moves",
-        topic: "/joint_states",
-        span_s: [1.4, 2.2],
-        edit: |values, memory| values.set("position.slew", memory.0["position.slew"]),
-        subject: "joint_states.slew",
-        kind: "frozen",
-        unit: "s",
-        worst: [0.5, 0.82],
-        slack_s: 0.25,
-        reason: JOINTS,
-    },
-    Case {
-        name: "a rate with the wrong sign",
-        topic: "/joint_states",
-        span_s: [1.4, 2.2],
-        edit: |values, _| values.set("velocity.slew", -values.get("velocity.slew")),
-        subject: "joint_states.slew",
-        kind: "disagreement",
-        unit: "rad/s",
-        worst: [0.6, 1.2],
-        slack_s: 0.3,
-        reason: JOINTS,
-    },
-    Case {
-        name: "odometry faster than any such machine",
-        topic: "/odom",
-        span_s: [1.0, 1.3],
-        edit: |values, _| values.set("velocity.x", 90.0),
-        subject: "odometry.velocity",
-        kind: "out_of_range",
-        unit: "m/s",
-        worst: [90.0, 90.1],
-        slack_s: 0.03,
-        reason: None,
-    },
-];
+/// One fault a row: its name, the topic, when it is injected (s), its kind, subject and worst value, the tolerance of its
+/// times (s), why rows are invalid, and the change.
+macro_rules! cases {
+    ($($name:literal $topic:literal $span_s:expr;
+        $kind:literal $subject:literal $worst:expr, $unit:literal $slack_s:literal $reason:ident, $edit:expr;)*) => {
+        &[$(Case {
+            name: $name,
+            topic: $topic,
+            span_s: $span_s,
+            edit: $edit,
+            subject: $subject,
+            kind: $kind,
+            unit: $unit,
+            worst: $worst,
+            slack_s: $slack_s,
+            reason: $reason,
+        }),*]
+    };
+}
+
+const FORCE: [&str; 3] = ["force.x", "force.y", "force.z"];
+const TURNING: [&str; 3] = ["turning.x", "turning.y", "turning.z"];
+const ATTITUDE: [&str; 4] = ["attitude.x", "attitude.y", "attitude.z", "attitude.w"];
+const CASES: &[Case] = cases! {
+    // bridged like lost samples
+    "NaN in the specific force" "/imu/data" [1.0, 1.1];
+        "not_finite" "imu.specific_force" [12.0, 13.0], "samples" 0.01 None,
+        |values, _| values.set("force.y", f64::NAN);
+    // bridged like lost samples
+    "one infinite angular velocity" "/imu/data" [1.5, 1.507];
+        "not_finite" "imu.angular_velocity" [1.0, 1.0], "samples" 0.01 None,
+        |values, _| values.set("turning.x", f64::INFINITY);
+    "a specific force of six g" "/imu/data" [1.5, 1.6];
+        "out_of_range" "imu.specific_force" [58.8, 60.0], "m/s^2" 0.01 IMU, |values, _| values.set("force.x", 58.8);
+    "a spike of the gyro" "/imu/data" [1.5, 1.52];
+        "impossible_rate" "imu.angular_velocity" [300.0, 800.0], "rad/s^2" 0.01 IMU,
+        |values, _| values.set("turning.z", 6.0);
+    "a frozen specific force" "/imu/data" [1.0, 2.2];
+        "frozen" "imu.specific_force" [1.15, 1.22], "s" 0.02 IMU,
+        |values, memory| FORCE.iter().for_each(|axis| values.set(axis, memory.0[axis]));
+    "a frozen gyro" "/imu/data" [1.0, 2.2];
+        "frozen" "imu.angular_velocity" [1.15, 1.22], "s" 0.02 IMU,
+        |values, memory| TURNING.iter().for_each(|axis| values.set(axis, memory.0[axis]));
+    "a quaternion that is not unit" "/imu/data" [1.0, 1.5];
+        "not_unit" "imu.attitude" [1.0499, 1.0501], "-" 0.01 None,
+        |values, _| ATTITUDE.iter().for_each(|axis| values.scale(axis, 1.05));
+    "a position that jumps" "/joint_states" [1.5, 1.535];
+        "impossible_rate" "joint_states.lift" [60.0, 400.0], "rad/s" 0.015 JOINTS,
+        |values, _| values.shift("position.lift", 3.0);
+    // nothing is injected: in this case the machine has a limit of 0.15 rad, which the arm exceeds
+    "a position beyond the joint's limit" "/joint_states" [0.68, 1.26];
+        "joint_limit" "joint_states.slew" [0.279, 0.280], "rad" 0.015 JOINTS, |_, _| {};
+    "a rate that no joint has" "/joint_states" [1.5, 1.6];
+        "impossible_rate" "joint_states.slew" [30.0, 30.0], "rad/s" 0.015 JOINTS,
+        |values, _| values.set("velocity.slew", -30.0);
+    "a frozen joint that says it moves" "/joint_states" [1.4, 2.2];
+        "frozen" "joint_states.slew" [0.5, 0.82], "s" 0.25 JOINTS,
+        |values, memory| values.set("position.slew", memory.0["position.slew"]);
+    "a rate with the wrong sign" "/joint_states" [1.4, 2.2];
+        "disagreement" "joint_states.slew" [0.6, 1.2], "rad/s" 0.3 JOINTS,
+        |values, _| values.scale("velocity.slew", -1.0);
+    "odometry faster than any such machine" "/odom" [1.0, 1.3];
+        "out_of_range" "odometry.velocity" [90.0, 90.1], "m/s" 0.03 None, |values, _| values.set("velocity.x", 90.0);
+};
 
 /// The small log with a fault, and its machine file with a policy.
 struct Scene {
@@ -230,10 +121,8 @@ impl Scene {
             folder: tempfile::tempdir().unwrap(),
         };
         let mut memory = Memory::default();
-        let mut first_ns = None;
         write_edited(&data("tiny.mcap"), &scene.log(), &mut |topic, values| {
-            let first = *first_ns.get_or_insert(values.stamp_ns);
-            let t = (values.stamp_ns - first) as f64 * 1e-9;
+            let t = values.time_s;
             if topic != case.topic {
                 return;
             }
@@ -270,10 +159,7 @@ impl Scene {
     }
 
     fn analysed(&self, estimator: Estimator) -> Analysis {
-        let options = Options {
-            estimator,
-            ..Options::default()
-        };
+        let options = by(estimator);
         analysed_with(&self.log(), &self.machine(), options)
     }
 }
@@ -311,10 +197,7 @@ fn rows_of(analysis: &Analysis, case: &Case, slack_s: f64) -> (Vec<usize>, Vec<u
 }
 
 fn clean(estimator: Estimator) -> Analysis {
-    let options = Options {
-        estimator,
-        ..Options::default()
-    };
+    let options = by(estimator);
     analysed_with(&data("tiny.mcap"), &data("tiny.toml"), options)
 }
 
@@ -357,7 +240,7 @@ fn assert_harmless_elsewhere(analysis: &Analysis, clean: &Analysis, case: &Case)
 fn faults_are_located_and_their_rows_invalid() {
     let clean = clean(Estimator::Smoother);
     assert!(faults(&clean).is_empty());
-    for case in &CASES {
+    for case in CASES {
         let analysis = Scene::new(case, "policy = \"invalid\"").analysed(Estimator::Smoother);
         let found = faults(&analysis);
         let event = found
@@ -456,7 +339,7 @@ fn reported_faults_leave_computable_rows_unchanged() {
 #[test]
 fn what_is_used_live_finds_the_same_faults() {
     assert!(faults(&clean(Estimator::Causal)).is_empty());
-    for case in &CASES {
+    for case in CASES {
         let analysis = Scene::new(case, "policy = \"invalid\"").analysed(Estimator::Causal);
         let found = faults(&analysis);
         assert!(

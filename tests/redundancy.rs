@@ -11,7 +11,9 @@ use tipwatch_analyze::events::EventKind;
 use tipwatch_mechanics::machine::FaultKind;
 use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::verdict::Level;
-use tipwatch_tests::{Values, analysed, analysed_with, data, write_edited, write_edited_without};
+use tipwatch_tests::{
+    Values, analysed, analysed_with, by, data, write_edited, write_edited_without,
+};
 
 /// A log, and the time in which a wheel is in the air (s after its first row).
 struct Scene {
@@ -34,11 +36,8 @@ const SIDE: Scene = Scene {
     airborne_s: [3.98, 6.39],
 };
 
-/// A wrong sensor: topic, numbers of the message, seconds since the first message, memory of the first message.
-struct Wrong {
-    name: &'static str,
-    edit: fn(&str, &mut Values<'_>, f64, &mut Memory),
-}
+/// A change of a message, with what it remembers.
+type Edit = fn(&mut Values<'_>, &mut Memory);
 
 /// What an injected fault remembers.
 #[derive(Default)]
@@ -81,154 +80,104 @@ fn turn_imu(values: &mut Values<'_>, by: UnitQuaternion<f64>) {
     }
 }
 
-fn flip(values: &mut Values<'_>, topic: &str, joint: &str) {
-    if topic == "/joint_states" {
+/// Turns the IMU by an angle about its forward axis and one about its upward axis (rad).
+fn turned_imu(values: &mut Values<'_>, [roll, yaw]: [f64; 2]) {
+    if values.topic == "/imu/data" {
+        turn_imu(values, UnitQuaternion::from_euler_angles(roll, 0.0, yaw));
+    }
+}
+
+fn flip(values: &mut Values<'_>, joint: &str) {
+    if values.topic == "/joint_states" {
+        values.scale(&format!("position.{joint}"), -1.0);
+        values.scale(&format!("velocity.{joint}"), -1.0);
+    }
+}
+
+/// An encoder that has stopped, and its noise (rad, m).
+fn stop(values: &mut Values<'_>, joint: &'static str, noise: f64, memory: &mut Memory) {
+    if values.topic == "/joint_states" {
+        let name = format!("position.{joint}");
+        let first = *memory.first.entry(joint).or_insert(values.get(&name));
+        values.set(&name, first + noise * memory.noise());
+        values.set(&format!("velocity.{joint}"), 0.0);
+    }
+}
+
+fn swap(values: &mut Values<'_>, [a, b]: [&str; 2]) {
+    if values.topic == "/joint_states" {
         for list in ["position", "velocity"] {
-            let name = format!("{list}.{joint}");
-            values.set(&name, -values.get(&name));
+            values.exchange(&format!("{list}.{a}"), &format!("{list}.{b}"));
         }
     }
 }
 
-/// An encoder that has stopped.
-fn stop(values: &mut Values<'_>, topic: &str, name: &'static str, memory: &mut Memory) {
-    if topic == "/joint_states" {
-        let first = memory.first(values, name);
-        values.set(name, first);
-        values.set(&name.replace("position", "velocity"), 0.0);
-    }
-}
-
-fn stop_with_noise(values: &mut Values<'_>, topic: &str, name: &'static str, memory: &mut Memory) {
-    stop(values, topic, name, memory);
-    if topic == "/joint_states" {
-        let noise = 3e-4 * memory.noise();
-        values.set(name, values.get(name) + noise);
-    }
-}
-
-fn swap(values: &mut Values<'_>, topic: &str, [a, b]: [&str; 2]) {
-    if topic != "/joint_states" {
-        return;
-    }
-    for list in ["position", "velocity"] {
-        let [a, b] = [a, b].map(|joint| format!("{list}.{joint}"));
-        let (of_a, of_b) = (values.get(&a), values.get(&b));
-        values.set(&a, of_b);
-        values.set(&b, of_a);
-    }
-}
-
-const WRONG: [Wrong; 19] = [
-    Wrong {
-        name: "IMU turned by 180 degrees",
-        edit: |topic, values, _, _| {
-            if topic == "/imu/data" {
-                let half_turn = std::f64::consts::PI;
-                turn_imu(
-                    values,
-                    UnitQuaternion::from_euler_angles(0.0, 0.0, half_turn),
-                );
-            }
-        },
-    },
-    Wrong {
-        name: "sign of the slew",
-        edit: |topic, values, _, _| flip(values, topic, "slew"),
-    },
-    Wrong {
-        name: "sign of the lift",
-        edit: |topic, values, _, _| flip(values, topic, "lift"),
-    },
-    Wrong {
-        name: "sign of the tilt",
-        edit: |topic, values, _, _| flip(values, topic, "tilt"),
-    },
-    Wrong {
-        name: "IMU stuck, with noise",
-        edit: |topic, values, _, memory| {
-            if topic == "/imu/data" {
-                for (names, noise) in AXES.into_iter().zip([0.03, 0.001]) {
-                    for name in names {
-                        let first = memory.first(values, name);
-                        values.set(name, first + noise * 1.7 * memory.noise());
-                    }
-                }
-                for name in ATTITUDE {
-                    let first = memory.first(values, name);
-                    values.set(name, first + 1e-4 * memory.noise());
+/// Wrong sensors.
+const WRONG: [(&str, Edit); 19] = [
+    ("IMU turned by 180 degrees", |it, _| {
+        turned_imu(it, [0.0, std::f64::consts::PI]);
+    }),
+    ("sign of the slew", |it, _| flip(it, "slew")),
+    ("sign of the lift", |it, _| flip(it, "lift")),
+    ("sign of the tilt", |it, _| flip(it, "tilt")),
+    ("IMU stuck, with noise", |it, memory| {
+        if it.topic == "/imu/data" {
+            for (names, noise) in AXES.into_iter().zip([0.03, 0.001]) {
+                for name in names {
+                    let first = memory.first(it, name);
+                    it.set(name, first + noise * 1.7 * memory.noise());
                 }
             }
-        },
-    },
-    Wrong {
-        name: "specific force drifts to 2.9 m/s2",
-        edit: |topic, values, time_s, _| {
-            if topic == "/imu/data" {
-                values.set("force.y", values.get("force.y") - 2.9 * time_s / 12.0);
+            for name in ATTITUDE {
+                let first = memory.first(it, name);
+                it.set(name, first + 1e-4 * memory.noise());
             }
+        }
+    }),
+    ("specific force drifts to 2.9 m/s2", |it, _| {
+        if it.topic == "/imu/data" {
+            it.shift("force.y", -2.9 * it.time_s / 12.0);
+        }
+    }),
+    ("IMU turned by 10 degrees", |it, _| {
+        turned_imu(it, [-10_f64.to_radians(), 0.0]);
+    }),
+    ("slew and lift swapped", |it, _| swap(it, ["slew", "lift"])),
+    ("lift and tilt swapped", |it, _| swap(it, ["lift", "tilt"])),
+    ("slew and tilt swapped", |it, _| swap(it, ["slew", "tilt"])),
+    ("slew and extension swapped", |it, _| {
+        swap(it, ["slew", "extension"]);
+    }),
+    ("lift and extension swapped", |it, _| {
+        swap(it, ["lift", "extension"]);
+    }),
+    ("slew encoder stands still", |it, memory| {
+        stop(it, "slew", 0.0, memory);
+    }),
+    ("slew encoder stands still, with noise", |it, memory| {
+        stop(it, "slew", NOISE, memory);
+    }),
+    ("lift encoder stands still", |it, memory| {
+        stop(it, "lift", 0.0, memory);
+    }),
+    ("lift encoder stands still, with noise", |it, memory| {
+        stop(it, "lift", NOISE, memory);
+    }),
+    (
+        "extension encoder stands still, with noise",
+        |it, memory| {
+            stop(it, "extension", NOISE, memory);
         },
-    },
-    Wrong {
-        name: "IMU turned by 10 degrees",
-        edit: |topic, values, _, _| {
-            if topic == "/imu/data" {
-                let angle = -10_f64.to_radians();
-                turn_imu(values, UnitQuaternion::from_euler_angles(angle, 0.0, 0.0));
-            }
-        },
-    },
-    Wrong {
-        name: "slew and lift swapped",
-        edit: |topic, values, _, _| swap(values, topic, ["slew", "lift"]),
-    },
-    Wrong {
-        name: "lift and tilt swapped",
-        edit: |topic, values, _, _| swap(values, topic, ["lift", "tilt"]),
-    },
-    Wrong {
-        name: "slew and tilt swapped",
-        edit: |topic, values, _, _| swap(values, topic, ["slew", "tilt"]),
-    },
-    Wrong {
-        name: "slew and extension swapped",
-        edit: |topic, values, _, _| swap(values, topic, ["slew", "extension"]),
-    },
-    Wrong {
-        name: "lift and extension swapped",
-        edit: |topic, values, _, _| swap(values, topic, ["lift", "extension"]),
-    },
-    Wrong {
-        name: "slew encoder stands still",
-        edit: |topic, values, _, memory| stop(values, topic, "position.slew", memory),
-    },
-    Wrong {
-        name: "slew encoder stands still, with noise",
-        edit: |topic, values, _, memory| stop_with_noise(values, topic, "position.slew", memory),
-    },
-    Wrong {
-        name: "lift encoder stands still",
-        edit: |topic, values, _, memory| stop(values, topic, "position.lift", memory),
-    },
-    Wrong {
-        name: "lift encoder stands still, with noise",
-        edit: |topic, values, _, memory| stop_with_noise(values, topic, "position.lift", memory),
-    },
-    Wrong {
-        name: "extension encoder stands still, with noise",
-        edit: |topic, values, _, memory| {
-            stop_with_noise(values, topic, "position.extension", memory);
-        },
-    },
-    Wrong {
-        name: "tilt encoder stands still",
-        edit: |topic, values, _, memory| stop(values, topic, "position.tilt", memory),
-    },
-    Wrong {
-        name: "tilt encoder stands still, with noise",
-        edit: |topic, values, _, memory| stop_with_noise(values, topic, "position.tilt", memory),
-    },
+    ),
+    ("tilt encoder stands still", |it, memory| {
+        stop(it, "tilt", 0.0, memory);
+    }),
+    ("tilt encoder stands still, with noise", |it, memory| {
+        stop(it, "tilt", NOISE, memory);
+    }),
 ];
+/// Noise of an encoder that stands still (rad, m).
+const NOISE: f64 = 3e-4;
 
 /// What came of a wrong sensor.
 struct Found {
@@ -241,7 +190,7 @@ struct Found {
     at_s: Option<f64>,
 }
 
-fn judged(scene: &Scene, wrong: &Wrong, policy: &str) -> Found {
+fn judged(scene: &Scene, edit: Edit, policy: &str) -> Found {
     let dir = TempDir::new().unwrap();
     let source = data(scene.log);
     let copy = |extension: &str| {
@@ -253,11 +202,9 @@ fn judged(scene: &Scene, wrong: &Wrong, policy: &str) -> Found {
     let machine = std::fs::read_to_string(source.with_extension("toml")).unwrap();
     let machine = format!("{machine}\n[plausibility]\ncontradiction = \"{policy}\"\n");
     std::fs::write(copy("toml"), machine).unwrap();
-    let (mut memory, mut start_ns) = (Memory::default(), None);
-    write_edited(&source, &copy("mcap"), &mut |topic, values| {
-        let start_ns = *start_ns.get_or_insert(values.stamp_ns);
-        let time_s = (values.stamp_ns - start_ns) as f64 * 1e-9;
-        (wrong.edit)(topic, values, time_s, &mut memory);
+    let mut memory = Memory::default();
+    write_edited(&source, &copy("mcap"), &mut |_, values| {
+        edit(values, &mut memory);
     });
     // The verdicts of the causal estimator are those of a monitor.
     let analysis = analysed(&copy("mcap"), causal());
@@ -285,10 +232,7 @@ fn judged(scene: &Scene, wrong: &Wrong, policy: &str) -> Found {
 }
 
 fn causal() -> Options {
-    Options {
-        estimator: Estimator::Causal,
-        ..Options::default()
-    }
+    by(Estimator::Causal)
 }
 
 /// Contradictions found in a log.
@@ -312,21 +256,18 @@ fn contradictions(analysis: &Analysis) -> Vec<String> {
     reason = "the table is what one runs this test for"
 )]
 fn table(scene: &Scene) -> Vec<(&'static str, Found, Found)> {
-    let rows = WRONG.iter().map(|wrong| {
-        let (without, with) = (
-            judged(scene, wrong, "report"),
-            judged(scene, wrong, "invalid"),
-        );
+    let rows = WRONG.into_iter().map(|(name, edit)| {
+        let [without, with] = ["report", "invalid"].map(|policy| judged(scene, edit, policy));
         println!(
             "{:16} {:36} of {:3} rows in the air safe: {:3} without, {:3} with; fault from {:?} s",
             Path::new(scene.log).file_stem().unwrap().display(),
-            wrong.name,
+            name,
             with.airborne,
             without.called_safe,
             with.called_safe,
             with.at_s
         );
-        (wrong.name, without, with)
+        (name, without, with)
     });
     rows.collect()
 }
@@ -391,7 +332,7 @@ fn wrong_sensors_are_doubted_in_a_log_of_other_motion() {
 }
 
 /// Analyses a copy of a drive without odometry, its sensors changed by `edit`.
-fn driven_without_odometry(log: &str, edit: fn(&str, &mut Values<'_>)) -> Analysis {
+fn driven_without_odometry(log: &str, edit: Edit) -> Analysis {
     let dir = TempDir::new().unwrap();
     let source = data(log);
     let copy = |extension: &str| {
@@ -405,8 +346,9 @@ fn driven_without_odometry(log: &str, edit: fn(&str, &mut Values<'_>)) -> Analys
         .lines()
         .filter(|line| !line.starts_with("odometry ="));
     std::fs::write(copy("toml"), bound.collect::<Vec<_>>().join("\n")).unwrap();
-    write_edited_without(&source, &copy("mcap"), "/odom", &mut |topic, values| {
-        edit(topic, values);
+    let mut memory = Memory::default();
+    write_edited_without(&source, &copy("mcap"), "/odom", &mut |_, values| {
+        edit(values, &mut memory);
     });
     analysed(&copy("mcap"), causal())
 }
@@ -416,22 +358,11 @@ const DRIVES: [&str; 3] = ["hard_brake.mcap", "corner_brake.mcap", "commissionin
 #[test]
 fn wheels_that_speed_up_while_the_machine_slows_down_are_found_without_odometry() {
     const WHEELS: [&str; 4] = ["wheel_fl", "wheel_fr", "wheel_rl", "wheel_rr"];
-    type Edit = fn(&str, &mut Values<'_>);
     let wrong: [(&str, Edit); 2] = [
-        ("wheels", |topic, values| {
-            for wheel in WHEELS {
-                flip(values, topic, wheel);
-            }
+        ("wheels", |it, _| {
+            WHEELS.iter().for_each(|wheel| flip(it, wheel));
         }),
-        ("IMU", |topic, values| {
-            if topic == "/imu/data" {
-                let half_turn = std::f64::consts::PI;
-                turn_imu(
-                    values,
-                    UnitQuaternion::from_euler_angles(0.0, 0.0, half_turn),
-                );
-            }
-        }),
+        WRONG[0],
     ];
     for log in DRIVES {
         let good = contradictions(&driven_without_odometry(log, |_, _| {}));

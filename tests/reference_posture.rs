@@ -9,7 +9,7 @@ use tipwatch_mechanics::MachineError;
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::machine::{LogFacts, Machine, MachineSpec};
 use tipwatch_mechanics::verdict::Level;
-use tipwatch_tests::{analysed, data};
+use tipwatch_tests::{analysed, by, data};
 
 /// Rear left of `tiny_lift` is in the air from 0.90 to 2.45 s.
 const IN_THE_AIR_S: [f64; 2] = [1.3, 2.3];
@@ -17,10 +17,7 @@ const IN_THE_AIR_S: [f64; 2] = [1.3, 2.3];
 #[test]
 fn start_with_a_wheel_in_the_air_is_danger_with_the_same_utilisation() {
     for estimator in [Estimator::Smoother, Estimator::Causal] {
-        let options = Options {
-            estimator,
-            ..Options::default()
-        };
+        let options = by(estimator);
         let whole = analysed(&data("tiny_lift.mcap"), options);
         let late = analysed(
             &data("tiny_lift.mcap"),

@@ -8,7 +8,7 @@ use tipwatch_analyze::analysis::run::analyse;
 use tipwatch_analyze::base::options::{ClosedFormInput, Estimator, ModelKind, Options};
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::{Contribution, Quantity};
-use tipwatch_tests::{Truth, data};
+use tipwatch_tests::{Truth, by, data};
 
 const WHEELS: [&str; 4] = ["FL", "FR", "RL", "RR"];
 const RODS: [&str; 2] = ["suspension_right", "suspension_left"];
@@ -89,10 +89,7 @@ fn val_chamber_pressures_pin_the_warp() {
     let measured = |options| analysed(&log, &with_pressures(&log), options);
     let by_rule = analysed(&log, &machine_text(&log), Options::default());
     let by_torque = measured(Options::default());
-    let causal = measured(Options {
-        estimator: Estimator::Causal,
-        ..Options::default()
-    });
+    let causal = measured(by(Estimator::Causal));
     let [without, with, live] =
         [&by_rule, &by_torque, &causal].map(|analysis| truth.error_share(analysis));
     println!(

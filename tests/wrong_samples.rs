@@ -5,7 +5,7 @@ use std::path::Path;
 
 use tempfile::TempDir;
 use tipwatch_analyze::analysis::{Analysis, DEFAULT_MIN_VALID, Undecided, clock_offsets};
-use tipwatch_analyze::base::options::{Estimator, Options};
+use tipwatch_analyze::base::options::Estimator;
 use tipwatch_analyze::events::{Event, EventKind};
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
@@ -13,28 +13,21 @@ use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::machine::FaultKind;
 use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::verdict::Level;
-use tipwatch_tests::{Values, analysed_with, data, write_edited};
+use tipwatch_tests::{Values, analysed_with, by, data, write_edited};
 
 const LIFT: &str = "lift.mcap";
 const BOTH: [Estimator; 2] = [Estimator::Smoother, Estimator::Causal];
 
-/// The log with changed messages: topic, values, seconds since the first message.
-fn with(estimator: Estimator, edit: &mut dyn FnMut(&str, &mut Values<'_>, f64)) -> Analysis {
+/// The log with changed messages.
+fn with(estimator: Estimator, edit: &mut dyn FnMut(&str, &mut Values<'_>)) -> Analysis {
     let folder = TempDir::new().unwrap();
     let log = folder.path().join("changed.mcap");
-    let mut start_ns = None;
-    write_edited(&data(LIFT), &log, &mut |topic, values| {
-        let start_ns = *start_ns.get_or_insert(values.stamp_ns);
-        edit(topic, values, (values.stamp_ns - start_ns) as f64 * 1e-9);
-    });
+    write_edited(&data(LIFT), &log, edit);
     analysed(&log, estimator)
 }
 
 fn analysed(log: &Path, estimator: Estimator) -> Analysis {
-    let options = Options {
-        estimator,
-        ..Options::default()
-    };
+    let options = by(estimator);
     analysed_with(log, &data(LIFT).with_extension("toml"), options)
 }
 
@@ -86,10 +79,10 @@ fn is_doubted(analysis: &Analysis, row: usize) -> bool {
 }
 
 /// Sets the slew anew.
-fn set_anew(by: f64, span_s: [f64; 2]) -> impl FnMut(&str, &mut Values<'_>, f64) {
-    move |topic, values, time_s| {
-        if topic == "/joint_states" && (span_s[0]..span_s[1]).contains(&time_s) {
-            values.set("position.slew", values.get("position.slew") + by);
+fn set_anew(by: f64, span_s: [f64; 2]) -> impl FnMut(&str, &mut Values<'_>) {
+    move |topic, values| {
+        if topic == "/joint_states" && (span_s[0]..span_s[1]).contains(&values.time_s) {
+            values.shift("position.slew", by);
         }
     }
 }
@@ -140,8 +133,8 @@ fn a_slew_that_returns_is_believed_again() {
 #[test]
 fn a_slew_that_shows_no_place_for_a_second_is_believed_again() {
     for estimator in BOTH {
-        let analysis = with(estimator, &mut |topic, values, time_s| {
-            if topic == "/joint_states" && (5.0..6.0).contains(&time_s) {
+        let analysis = with(estimator, &mut |topic, values| {
+            if topic == "/joint_states" && (5.0..6.0).contains(&values.time_s) {
                 values.set("position.slew", 65_535.0);
             }
         });
@@ -150,9 +143,9 @@ fn a_slew_that_shows_no_place_for_a_second_is_believed_again() {
         // one that slips twice is no closer to where it was
         let mut first = set_anew(0.8, [5.5, 99.0]);
         let mut second = set_anew(0.8, [6.5, 99.0]);
-        let analysis = with(estimator, &mut |topic, values, time_s| {
-            first(topic, values, time_s);
-            second(topic, values, time_s);
+        let analysis = with(estimator, &mut |topic, values| {
+            first(topic, values);
+            second(topic, values);
         });
         let after = rows(&analysis, 7.5, 9.0);
         assert!(after.iter().all(|&row| is_doubted(&analysis, row)));
@@ -180,7 +173,7 @@ fn the_lean_of_the_platform_decides_about_a_jump() {
 fn an_axis_at_the_end_of_its_range_is_saturated() {
     for estimator in BOTH {
         for (axis, limit) in [("force.y", 1.08), ("force.z", 9.75)] {
-            let analysis = with(estimator, &mut |topic, values, _| {
+            let analysis = with(estimator, &mut |topic, values| {
                 if topic == "/imu/data" {
                     values.set(axis, values.get(axis).min(limit));
                 }
@@ -204,8 +197,8 @@ fn one_axis_that_sticks_is_frozen() {
             ("turning.x", "imu.angular_velocity"),
         ] {
             let mut held = None;
-            let analysis = with(estimator, &mut |topic, values, time_s| {
-                if topic == "/imu/data" && (5.0..8.0).contains(&time_s) {
+            let analysis = with(estimator, &mut |topic, values| {
+                if topic == "/imu/data" && (5.0..8.0).contains(&values.time_s) {
                     let held = *held.get_or_insert_with(|| values.get(axis));
                     values.set(axis, held);
                 }
@@ -231,8 +224,8 @@ fn a_joint_that_sticks_is_frozen() {
         for since_s in [2.2, 9.2] {
             let mut held = None;
             let names = ["position.slew", "velocity.slew"];
-            let analysis = with(estimator, &mut |topic, values, time_s| {
-                if topic == "/joint_states" && (since_s..since_s + 3.0).contains(&time_s) {
+            let analysis = with(estimator, &mut |topic, values| {
+                if topic == "/joint_states" && (since_s..since_s + 3.0).contains(&values.time_s) {
                     let held = *held.get_or_insert_with(|| names.map(|name| values.get(name)));
                     for (name, value) in names.into_iter().zip(held) {
                         values.set(name, value);
@@ -278,15 +271,15 @@ fn outliers_within_the_physical_range_are_left_out() {
         let clean = unchanged(estimator);
         for (topic, names, size, subject) in signals {
             let (mut count, mut hit) = (0_u32, 0);
-            let analysis = with(estimator, &mut |of, values, time_s| {
+            let analysis = with(estimator, &mut |of, values| {
                 if of != topic {
                     return;
                 }
                 count += 1;
-                if count.is_multiple_of(190) && time_s > 0.5 {
+                if count.is_multiple_of(190) && values.time_s > 0.5 {
                     hit += 1;
                     for name in names {
-                        values.set(name, values.get(name) + size);
+                        values.shift(name, size);
                     }
                 }
             });
@@ -307,7 +300,7 @@ fn angles_that_wrap_are_counted_on() {
     for estimator in BOTH {
         let clean = unchanged(estimator);
         for start in [-PI, 0.0] {
-            let analysis = with(estimator, &mut |topic, values, _| {
+            let analysis = with(estimator, &mut |topic, values| {
                 if topic == "/joint_states" {
                     for wheel in ["fl", "fr", "rl", "rr"] {
                         let name = format!("position.wheel_{wheel}");
@@ -328,7 +321,7 @@ fn sound_samples_are_left_alone() {
     for estimator in BOTH {
         assert!(faults(&unchanged(estimator)).is_empty());
         // a sensor that does not resolve its noise
-        let analysis = with(estimator, &mut |topic, values, _| {
+        let analysis = with(estimator, &mut |topic, values| {
             let steps: &[(&str, f64)] = match topic {
                 "/imu/data" => &[
                     ("force.x", 0.08),
@@ -381,7 +374,7 @@ fn set_velocities(values: &mut Values<'_>, value: f64) {
 fn velocities_that_are_always_zero_are_not_measured() {
     for estimator in BOTH {
         let velocities = |value: f64| {
-            with(estimator, &mut |topic, values, _| {
+            with(estimator, &mut |topic, values| {
                 if topic == "/joint_states" {
                     set_velocities(values, value);
                 }

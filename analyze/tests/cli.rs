@@ -8,19 +8,12 @@ use std::sync::Arc;
 
 use tempfile::TempDir;
 
-use super::support::{code_and_stderr, data, text, tipwatch};
+use super::support::{code_and_stderr, data, into, text, tipwatch};
 
 /// Runs `analyze` on `log` with a machine file; returns exit code, stderr and the output folder.
 fn analyze(log: &Path, machine: &Path, more: &[&str]) -> (i32, String, TempDir) {
     let out = TempDir::new().unwrap();
-    let mut args = vec![
-        "analyze",
-        text(log),
-        "--machine",
-        text(machine),
-        "--out",
-        text(out.path()),
-    ];
+    let mut args = into("analyze", log, machine, out.path()).to_vec();
     args.extend(more);
     let output = tipwatch(&args);
     let (code, messages) = code_and_stderr(&output);
@@ -368,22 +361,14 @@ fn each_error_has_one_clear_message() {
 
 #[test]
 fn usage_errors_exit_with_2() {
-    for args in [
-        vec!["analyze"],
-        vec!["analyze", "x.mcap"],
-        vec!["frobnicate"],
-        vec![
-            "analyze",
-            "x",
-            "--machine",
-            "m",
-            "--out",
-            "o",
-            "--rate",
-            "-3",
-        ],
+    for line in [
+        "analyze",
+        "analyze x.mcap",
+        "frobnicate",
+        "analyze x --machine m --out o --rate -3",
     ] {
-        assert_eq!(tipwatch(&args).status.code(), Some(2), "{args:?}");
+        let args: Vec<&str> = line.split(' ').collect();
+        assert_eq!(tipwatch(&args).status.code(), Some(2), "{line}");
     }
 }
 

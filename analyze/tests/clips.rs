@@ -7,11 +7,7 @@ use serde_json::Value;
 use sha2::{Digest, Sha256};
 use tempfile::TempDir;
 
-use super::support::{code_and_stderr, command, data, text, tipwatch};
-
-fn json(path: &Path) -> Value {
-    serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
-}
+use super::support::{code_and_stderr, command, data, into, json, text, tipwatch};
 
 /// Analyses a log of the fixtures with clips.
 fn analysed(name: &str, more: &[&str]) -> (TempDir, Value) {
@@ -147,14 +143,7 @@ fn options_of_clips_are_checked_and_kinds_chosen() {
     let (log, machine) = (data("tiny_lift.mcap"), data("tiny_lift.toml"));
     let folder = TempDir::new().unwrap();
     let run = |more: &[&str]| {
-        let arguments = [
-            "analyze",
-            text(&log),
-            "--machine",
-            text(&machine),
-            "--out",
-            text(folder.path()),
-        ];
+        let arguments = into("analyze", &log, &machine, folder.path());
         code_and_stderr(&tipwatch(&[&arguments[..], more].concat()))
     };
     let (code, error) = run(&["--clip-before", "3"]);

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 use tempfile::TempDir;
 
-use super::support::{code_and_stderr, data, stdout, text, tipwatch};
+use super::support::{code_and_stderr, data, into, stdout, text, tipwatch};
 
 const S: i64 = 1_000_000_000;
 /// A day (ns).
@@ -56,14 +56,7 @@ fn changed(folder: &Path, change: impl Fn(&mut Times)) -> PathBuf {
 fn analyzed(log: &Path) -> (i32, String, Option<Value>) {
     let out = TempDir::new().unwrap();
     let machine = data("tiny.toml");
-    let output = tipwatch(&[
-        "analyze",
-        text(log),
-        "--machine",
-        text(&machine),
-        "--out",
-        text(out.path()),
-    ]);
+    let output = tipwatch(&into("analyze", log, &machine, out.path()));
     let (code, messages) = code_and_stderr(&output);
     let summary = fs::read_to_string(out.path().join("summary.json")).ok();
     (

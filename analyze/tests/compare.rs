@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 use tempfile::TempDir;
 
-use super::support::{code_and_stderr, data, stdout, text, tipwatch};
+use super::support::{code_and_stderr, data, into, stdout, text, tipwatch};
 
 /// Exit code, stdout and stderr.
 fn run(args: &[&str]) -> (i32, String, String) {
@@ -191,14 +191,7 @@ fn folders_of_different_machine_files_never_have_the_same_inputs() {
         );
         fs::write(&file, machine).unwrap();
         let log = data("tiny_lift.mcap");
-        let args = [
-            "analyze",
-            text(&log),
-            "--machine",
-            text(&file),
-            "--out",
-            text(&out),
-        ];
+        let args = into("analyze", &log, &file, &out);
         let (code, _, messages) = run(&args);
         assert_eq!(code, 0, "{messages}");
         out

@@ -3,19 +3,14 @@
 use std::fs;
 use std::path::Path;
 
-use serde_json::Value;
 use sha2::{Digest, Sha256};
 use tempfile::TempDir;
 
-use super::support::{code_and_stderr, command, data, text, tipwatch};
+use super::support::{code_and_stderr, command, data, into, json, text, tipwatch};
 
 fn sha256(path: &Path) -> String {
     let digest = Sha256::digest(fs::read(path).unwrap());
     digest.iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
-fn json(path: &Path) -> Value {
-    serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
 }
 
 /// A folder with a copy of a small log and its machine, and the results of their analysis.
@@ -230,14 +225,7 @@ fn a_recovered_log_names_its_origin() {
     );
     let out = folder.path().join("results");
     let machine = data("tiny_lift.toml");
-    let arguments = [
-        "analyze",
-        text(&clean),
-        "--machine",
-        text(&machine),
-        "--out",
-        text(&out),
-    ];
+    let arguments = into("analyze", &clean, &machine, &out);
     assert!(tipwatch(&arguments).status.success());
     for document in ["custody.json", "summary.json"] {
         let document = json(&out.join(document));

@@ -7,7 +7,8 @@ use serde_json::Value;
 use tempfile::TempDir;
 
 use super::support::{
-    Copied, code_and_stderr, copy_log, data, fill_imu_with_nan, run_python, stdout, text, tipwatch,
+    Copied, code_and_stderr, copy_log, data, fill_imu_with_nan, into, json, run_python, stdout,
+    text, tipwatch,
 };
 
 /// Done; a log failed; a rule is broken; nothing is decided. The last three add up.
@@ -41,34 +42,16 @@ fn with_nan_imu(folder: &TempDir, name: &str) -> PathBuf {
 
 fn analyze(log: &Path, out: &Path, more: &[&str]) -> (i32, String) {
     let machine = data("tiny_lift.toml");
-    let mut args = vec![
-        "analyze",
-        text(log),
-        "--machine",
-        text(&machine),
-        "--out",
-        text(out),
-    ];
+    let mut args = into("analyze", log, &machine, out).to_vec();
     args.extend(more);
     code_and_stderr(&tipwatch(&args))
 }
 
 fn screen(logs: &Path, out: &Path, more: &[&str]) -> (i32, String) {
     let machine = data("tiny_lift.toml");
-    let mut args = vec![
-        "screen",
-        text(logs),
-        "--machine",
-        text(&machine),
-        "--out",
-        text(out),
-    ];
+    let mut args = into("screen", logs, &machine, out).to_vec();
     args.extend(more);
     code_and_stderr(&tipwatch(&args))
-}
-
-fn json(path: &Path) -> Value {
-    serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
 }
 
 fn write(folder: &TempDir, name: &str, content: &str) -> PathBuf {

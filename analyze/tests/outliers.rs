@@ -6,8 +6,8 @@ use std::path::Path;
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
-use super::screen::{files, json, screen};
-use super::support::{command, data, stderr, text, tipwatch};
+use super::screen::{files, screen};
+use super::support::{command, data, json, stderr, text, tipwatch};
 
 const DAY_NS: i64 = 86_400_000_000_000;
 

@@ -11,7 +11,7 @@ use tipwatch_analyze::tables::cell;
 use tipwatch_analyze::tables::parquet;
 use tipwatch_analyze::tables::table::Table;
 
-use super::support::{code_and_stderr, command, data, stderr, text, tipwatch};
+use super::support::{code_and_stderr, command, data, json, stderr, text, tipwatch};
 
 /// Screens with these arguments into `out`; returns exit code and messages.
 pub(super) fn screen(logs: &Path, out: &Path, more: &[&str]) -> (i32, String) {
@@ -48,10 +48,6 @@ pub(super) fn files(folder: &Path) -> BTreeMap<String, PathBuf> {
 
 pub(super) fn texts(table: &Table, column: &str) -> Vec<Option<String>> {
     table.column(column).unwrap().texts().unwrap()
-}
-
-pub(super) fn json(path: &Path) -> Value {
-    serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
 }
 
 /// What must not depend on the course of a run: tables, page and totals to the byte, and the names of the
@@ -592,81 +588,23 @@ fn with_metadata(path: &Path, vehicle: &str) {
 
 #[test]
 fn usage_errors_of_screen_exit_with_2() {
-    for args in [
-        vec!["screen", "--out", "o", "--machine", "m"],
-        vec!["screen", "logs", "--out", "o"],
-        vec![
-            "screen",
-            "logs",
-            "--out",
-            "o",
-            "--machine",
-            "m",
-            "--shard",
-            "4/3",
-        ],
-        vec![
-            "screen",
-            "logs",
-            "--out",
-            "o",
-            "--machine",
-            "m",
-            "--fleet",
-            "f",
-        ],
-        vec!["screen", "--out", "o", "--gather", "--jobs", "2"],
-        vec![
-            "screen",
-            "logs",
-            "--machine",
-            "m",
-            "--records",
-            "r",
-            "--out",
-            "o",
-        ],
-        vec![
-            "screen",
-            "logs",
-            "--machine",
-            "m",
-            "--out",
-            "o",
-            "--attempts",
-            "2",
-        ],
-        vec![
-            "screen",
-            "logs",
-            "--machine",
-            "m",
-            "--records",
-            "r",
-            "--shard",
-            "auto/3",
-        ],
-        vec![
-            "screen",
-            "logs",
-            "--out",
-            "o",
-            "--machine",
-            "m",
-            "--policy",
-            "p",
-            "--fail-on",
-            "tip_over",
-        ],
-        vec!["compare", "one.mcap", "--machine", "m"],
-        vec!["query", "fleet", "SELECT 1", "--csv", "--json"],
-        vec!["query", "fleet"],
+    for line in [
+        "screen --out o --machine m",
+        "screen logs --out o",
+        "screen logs --out o --machine m --shard 4/3",
+        "screen logs --out o --machine m --fleet f",
+        "screen --out o --gather --jobs 2",
+        "screen logs --machine m --records r --out o",
+        "screen logs --machine m --out o --attempts 2",
+        "screen logs --machine m --records r --shard auto/3",
+        "screen logs --out o --machine m --policy p --fail-on tip_over",
+        "compare one.mcap --machine m",
+        "query fleet SELECT_1 --csv --json",
+        "query fleet",
     ] {
-        assert_eq!(
-            command(&args).output().unwrap().status.code(),
-            Some(2),
-            "{args:?}"
-        );
+        let args: Vec<&str> = line.split(' ').collect();
+        let code = command(&args).output().unwrap().status.code();
+        assert_eq!(code, Some(2), "{line}");
     }
 }
 

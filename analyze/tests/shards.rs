@@ -9,8 +9,8 @@ use serde_json::Value as Json;
 use tempfile::TempDir;
 use tipwatch_analyze::tables::cell::Value;
 
-use super::screen::{files, fleet_logs, json, mixed_logs, result, screen, tables, texts};
-use super::support::{code_and_stderr, command, data, stderr, text, tipwatch};
+use super::screen::{files, fleet_logs, mixed_logs, result, screen, tables, texts};
+use super::support::{code_and_stderr, command, data, json, stderr, text, tipwatch};
 
 /// Starts a process that writes the records of a part.
 fn part(logs: &Path, records: &Path, machine: &Path, shard: &[&str]) -> std::process::Command {

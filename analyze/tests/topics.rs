@@ -8,7 +8,7 @@ use std::sync::Arc;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use super::support::{code_and_stderr, data, text, tipwatch};
+use super::support::{code_and_stderr, data, into, tipwatch};
 
 const MS: i64 = 1_000_000;
 const S: i64 = 1_000_000_000;
@@ -141,14 +141,7 @@ fn with_joints(folder: &TempDir, change: impl Fn(Joints) -> Vec<Joints>) -> Path
 /// Exit code, messages, summary.
 fn analyzed(log: &Path, machine: &Path) -> (i32, String, Value) {
     let out = TempDir::new().unwrap();
-    let arguments = [
-        "analyze",
-        text(log),
-        "--machine",
-        text(machine),
-        "--out",
-        text(out.path()),
-    ];
+    let arguments = into("analyze", log, machine, out.path());
     let (code, messages) = code_and_stderr(&tipwatch(&arguments));
     let summary = fs::read_to_string(out.path().join("summary.json")).unwrap_or("null".into());
     (code, messages, serde_json::from_str(&summary).unwrap())

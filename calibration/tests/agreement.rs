@@ -7,7 +7,7 @@ use tipwatch_calibration::identification::{
 use tipwatch_mechanics::machine::{Machine, SupportId};
 use tipwatch_mechanics::{Scope, Workspace, combination_sigma, evaluate_one};
 
-use crate::support::{Noise, channels, machine, posture, postures, row, weighed, wrong};
+use crate::support::{Noise, channels, logged, machine, of_log, posture, postures, row, wrong};
 
 const SCALE: f64 = 49.0;
 
@@ -183,31 +183,15 @@ fn val_bands_hold_ninety_five_percent_of_a_log_that_was_not_shown() {
         let truth = machine("roll_moment_distribution = 0.0\n");
         let mut noise = Noise::new(seed);
         let stated = wrong(&truth, &mut noise);
-        let mut instants: Vec<Instant> = Vec::new();
-        for positions in postures(&truth, 240, &mut noise) {
-            let situation = Situation::Logged(Box::new(row(&truth, &positions)));
-            instants.push(weighed(
-                &truth,
-                situation,
-                instants.len() as f64,
-                error,
-                &mut noise,
-            ));
-        }
+        let postures = postures(&truth, 240, &mut noise);
+        let mut instants = logged(&truth, postures, error, &mut noise);
         for reading in instants
             .iter_mut()
             .flat_map(|instant| &mut instant.readings)
         {
             reading.sigma = SENSOR;
         }
-        let data = Data {
-            channels: channels(&truth, 0.0),
-            sources: vec![Source {
-                name: "log".into(),
-                is_log: true,
-                instants,
-            }],
-        };
+        let data = of_log(channels(&truth, 0.0), instants);
         let found = identify(&stated, None, &data).unwrap();
         let bands = found.bands.unwrap();
         assert!(bands.inside_two_sigma < 0.9, "{bands:?}");
@@ -230,25 +214,9 @@ fn bands_that_are_wide_enough_stay() {
     let truth = machine("");
     let mut noise = Noise::new(81);
     let stated = wrong(&truth, &mut noise);
-    let mut instants: Vec<Instant> = Vec::new();
-    for positions in postures(&truth, 100, &mut noise) {
-        let situation = Situation::Logged(Box::new(row(&truth, &positions)));
-        instants.push(weighed(
-            &truth,
-            situation,
-            instants.len() as f64,
-            SENSOR,
-            &mut noise,
-        ));
-    }
-    let data = Data {
-        channels: channels(&truth, 0.0),
-        sources: vec![Source {
-            name: "log".into(),
-            is_log: true,
-            instants,
-        }],
-    };
+    let postures = postures(&truth, 100, &mut noise);
+    let instants = logged(&truth, postures, SENSOR, &mut noise);
+    let data = of_log(channels(&truth, 0.0), instants);
     let found = identify(&stated, None, &data).unwrap();
     let bands = found.bands.unwrap();
     assert_eq!(bands.model_share, bands.stated_share, "{bands:?}");
@@ -258,25 +226,13 @@ fn bands_that_are_wide_enough_stay() {
 
 /// A log in which the scale of each wheel shows so much more (N) in every other posture, and so much less in the others.
 fn off_by_turns(truth: &Machine, off: [f64; 4], noise: &mut Noise) -> Data {
-    let mut instants: Vec<Instant> = Vec::new();
-    for positions in postures(truth, 100, noise) {
-        let situation = Situation::Logged(Box::new(row(truth, &positions)));
-        let time_s = instants.len() as f64;
-        instants.push(weighed(truth, situation, time_s, SENSOR, noise));
-    }
+    let mut instants = logged(truth, postures(truth, 100, noise), SENSOR, noise);
     for (place, instant) in instants.iter_mut().enumerate() {
         let sign = if place % 2 == 0 { 1.0 } else { -1.0 };
         let pairs = instant.readings.iter_mut().zip(off);
         pairs.for_each(|(reading, off)| reading.value += sign * off);
     }
-    Data {
-        channels: channels(truth, 0.0),
-        sources: vec![Source {
-            name: "log".into(),
-            is_log: true,
-            instants,
-        }],
-    }
+    of_log(channels(truth, 0.0), instants)
 }
 
 #[test]

@@ -1,11 +1,11 @@
 //! Rows of a log: their errors are correlated, and some are wrong.
 
-use tipwatch_calibration::identification::{
-    Data, Identification, Instant, Situation, Source, identify,
-};
+use tipwatch_calibration::identification::{Data, Identification, Situation, identify};
 use tipwatch_mechanics::machine::Machine;
 
-use crate::support::{Noise, channels, load_error, machine, postures, row, weighed, wrong};
+use crate::support::{
+    Noise, channels, load_error, logged, machine, of_log, postures, row, weighed, wrong,
+};
 
 /// Standard deviation of a load cell's constant error, and of one sample (N).
 const BIAS: f64 = 30.0;
@@ -13,22 +13,10 @@ const SAMPLE: f64 = 15.0;
 
 /// A log in which the arm goes through postures, with `per_posture` rows in each.
 fn log(truth: &Machine, count: usize, per_posture: usize, noise: &mut Noise) -> Data {
-    let mut instants: Vec<Instant> = Vec::new();
-    for positions in postures(truth, count, noise) {
-        for _ in 0..per_posture {
-            let time_s = instants.len() as f64;
-            let situation = Situation::Logged(Box::new(row(truth, &positions)));
-            instants.push(weighed(truth, situation, time_s, SAMPLE, noise));
-        }
-    }
-    Data {
-        channels: channels(truth, BIAS),
-        sources: vec![Source {
-            name: "log".into(),
-            is_log: true,
-            instants,
-        }],
-    }
+    let postures = postures(truth, count, noise).into_iter();
+    let postures = postures.flat_map(|positions| vec![positions; per_posture]);
+    let instants = logged(truth, postures.collect(), SAMPLE, noise);
+    of_log(channels(truth, BIAS), instants)
 }
 
 fn sigma_of_mass(found: &Identification) -> f64 {
@@ -68,14 +56,7 @@ fn repeating_rows_of_one_posture_tells_no_more() {
             let situation = Situation::Logged(Box::new(row(&truth, &positions)));
             weighed(&truth, situation, 0.01 * k as f64, SAMPLE, noise)
         });
-        let data = Data {
-            channels: channels(&truth, BIAS),
-            sources: vec![Source {
-                name: "still".into(),
-                is_log: true,
-                instants: instants.collect(),
-            }],
-        };
+        let data = of_log(channels(&truth, BIAS), instants.collect());
         identify(&stated, None, &data).unwrap()
     };
     let (few, many) = (still(8, &mut noise), still(390, &mut noise));

@@ -140,6 +140,34 @@ pub(crate) fn weighed(
     instant
 }
 
+/// The rows of a log in these postures, as [`weighed`], a second apart.
+pub(crate) fn logged(
+    truth: &Machine,
+    postures: Vec<Vec<f64>>,
+    sigma: f64,
+    noise: &mut Noise,
+) -> Vec<Instant> {
+    let rows = postures.into_iter().enumerate();
+    rows.map(|(k, positions)| {
+        let situation = Situation::Logged(Box::new(row(truth, &positions)));
+        weighed(truth, situation, k as f64, sigma, noise)
+    })
+    .collect()
+}
+
+/// The readings of one log.
+pub(crate) fn of_log(channels: Vec<Channel>, instants: Vec<Instant>) -> Data {
+    let log = Source {
+        name: "log".into(),
+        is_log: true,
+        instants,
+    };
+    Data {
+        channels,
+        sources: vec![log],
+    }
+}
+
 /// Weighings of `truth` in random postures on level ground.
 pub(crate) fn weighings(truth: &Machine, count: usize, sigma: f64, noise: &mut Noise) -> Data {
     let sources = postures(truth, count, noise)

@@ -1,12 +1,12 @@
 //! Machines on any set of their supports: sensors and parameters belong to supports, not to places among the wheels.
 
 use tipwatch_calibration::identification::{
-    Channel, Data, Instant, Measured, Reading, Situation, Source, identify, predict,
+    Channel, Instant, Measured, Reading, Situation, identify, predict,
 };
 use tipwatch_mechanics::machine::{Machine, Parameter, SupportId, Unknown};
 use tipwatch_mechanics::{Scope, Workspace, evaluate_one, static_outcome};
 
-use crate::support::{Noise, machine, postures, row, wrong};
+use crate::support::{Noise, machine, of_log, postures, row, wrong};
 
 /// Standard deviation of a load cell's own error (N).
 const CELL: f64 = 10.0;
@@ -195,14 +195,7 @@ fn a_machine_is_identified_on_changing_supports() {
         bias_sigma: 0.0,
         is_load: true,
     };
-    let data = Data {
-        channels: (0..sensors.len()).map(channel).collect(),
-        sources: vec![Source {
-            name: "log".into(),
-            is_log: true,
-            instants: shown,
-        }],
-    };
+    let data = of_log((0..sensors.len()).map(channel).collect(), shown);
     let found = identify(&stated, None, &data).unwrap();
     let identified = stated.with_identified(found.identified.clone());
     let rms = |machine: &Machine| {

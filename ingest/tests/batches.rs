@@ -1,13 +1,13 @@
-use std::{collections::BTreeMap, io::Cursor, ops::ControlFlow};
+use std::ops::ControlFlow;
 
-use mcap::{Compression, WriteOptions, records::MessageHeader};
+use mcap::{Compression, WriteOptions};
 use tipwatch_ingest::{
     FieldRequest, Log, Losses, NumberField, SensorDecoder, SensorKind, SensorRequest, SensorSample,
     arrival_order, record_fields, record_sensors,
 };
 
 use crate::sensor_blocks::blocks_and_columns;
-use crate::support::{COMPRESSIONS, FIRST_NS, JOINT_STATE, PERIOD_NS, TempLog, joint_state};
+use crate::support::{COMPRESSIONS, FIRST_NS, Mcap, PERIOD_NS, TempLog, joint_state};
 
 const TOPICS: [&str; 2] = ["/arm", "/wheels"];
 /// Smaller files are read by one thread.
@@ -16,20 +16,10 @@ const READ_BY_SEVERAL_BYTES: usize = 4 << 20;
 /// Two alternating topics with joints in changing order and some truncated messages. The publish
 /// time differs from the log time from the middle on, and some headers have no stamp.
 fn log_of_two_topics(compression: Option<Compression>) -> Vec<u8> {
-    let mut writer = WriteOptions::new()
-        .compression(compression)
-        .compression_threads(0)
-        .chunk_size(Some(100_000))
-        .create(Cursor::new(Vec::new()))
-        .unwrap();
-    let name = "sensor_msgs/msg/JointState";
-    let schema = writer.add_schema(name, "ros2msg", JOINT_STATE.as_bytes());
-    let schema = schema.unwrap();
-    let channels = TOPICS.map(|topic| {
-        writer
-            .add_channel(schema, topic, "cdr", &BTreeMap::new())
-            .unwrap()
-    });
+    let options = WriteOptions::new().compression(compression);
+    let options = options.compression_threads(0).chunk_size(Some(100_000));
+    let mut writer = Mcap::new(options);
+    let channels = TOPICS.map(|topic| writer.joints(topic));
     let mut noise = 1_u64;
     let mut value = || {
         noise = noise
@@ -50,16 +40,11 @@ fn log_of_two_topics(compression: Option<Compression>) -> Vec<u8> {
         if index % 1009 == 0 {
             message.truncate(30);
         }
-        let header = MessageHeader {
-            channel_id: channels[(index % 2) as usize],
-            sequence: index,
-            log_time: time_ns as u64,
-            publish_time: time_ns as u64 - u64::from(index > 25_000),
-        };
-        writer.write_to_known_channel(&header, &message).unwrap();
+        let sooner_ns = u64::from(index > 25_000);
+        let times = [time_ns as u64, time_ns as u64 - sooner_ns];
+        writer.message(channels[(index % 2) as usize], index, times, &message);
     }
-    writer.finish().unwrap();
-    writer.into_inner().into_inner()
+    writer.finish()
 }
 
 fn joint_names() -> Vec<String> {

@@ -1,15 +1,15 @@
 //! Logs with every kind of wrong clock seen on machines, written here.
 
-use std::{collections::BTreeMap, io::Cursor};
+use std::collections::BTreeMap;
 
-use mcap::{WriteOptions, records::MessageHeader};
+use mcap::WriteOptions;
 use tipwatch_ingest::{
     ClockFinding, ClockFindingKind as Kind, FieldRequest, Log, NumberField, SensorKind,
     SensorRecording, SensorRequest, StampSource, Treatment, record_fields, record_sensors,
 };
 
 use crate::sensor_blocks::blocks_and_columns;
-use crate::support::{FIRST_NS, JOINT_STATE, TempLog, joint_state};
+use crate::support::{FIRST_NS, Mcap, TempLog, joint_state};
 
 const MS: i64 = 1_000_000;
 const S: i64 = 1_000_000_000;
@@ -24,6 +24,23 @@ struct StampedMessage {
     log: i64,
 }
 
+impl StampedMessage {
+    /// The same with another stamp.
+    fn stamped(self, stamp: i64) -> Self {
+        Self { stamp, ..self }
+    }
+}
+
+/// A message that is received when it is sent.
+fn sent(stamp: i64, log: i64) -> StampedMessage {
+    let publish = log;
+    StampedMessage {
+        stamp,
+        publish,
+        log,
+    }
+}
+
 /// Transport delay of 2 to 3 ms.
 fn delay(i: i64) -> i64 {
     2 * MS + ((i * 0x9E37_79B9) >> 7) % MS
@@ -31,12 +48,7 @@ fn delay(i: i64) -> i64 {
 
 /// A message at this time, by a correct clock.
 fn sound(time: i64, i: i64) -> StampedMessage {
-    let log = time + delay(i);
-    StampedMessage {
-        stamp: time,
-        publish: log,
-        log,
-    }
+    sent(time, time + delay(i))
 }
 
 fn at(i: i64) -> i64 {
@@ -57,27 +69,13 @@ fn log_ordered(
     with_clock_topic: bool,
     key: impl Fn(usize, i64, &StampedMessage) -> i64,
 ) -> TempLog {
-    let mut writer = WriteOptions::new()
-        .compression(None)
-        .create(Cursor::new(Vec::new()))
-        .unwrap();
-    let definition = JOINT_STATE.as_bytes();
-    let schema = writer
-        .add_schema("sensor_msgs/msg/JointState", "ros2msg", definition)
-        .unwrap();
+    let mut writer = Mcap::new(WriteOptions::new().compression(None));
     if with_clock_topic {
-        let schema = writer
-            .add_schema("rosgraph_msgs/msg/Clock", "ros2msg", b"uint32 sec\n")
-            .unwrap();
-        writer
-            .add_channel(schema, "/clock", "cdr", &BTreeMap::new())
-            .unwrap();
+        writer.topic("/clock", "rosgraph_msgs/msg/Clock", "uint32 sec\n");
     }
     let mut messages = Vec::new();
     for (topic, (name, times)) in topics.iter().enumerate() {
-        let channel = writer
-            .add_channel(schema, name, "cdr", &BTreeMap::new())
-            .unwrap();
+        let channel = writer.joints(name);
         messages.extend(
             times
                 .iter()
@@ -87,17 +85,11 @@ fn log_ordered(
     }
     messages.sort_by_key(|(message, _, topic, i)| key(*topic, *i as i64, message));
     for (message, channel_id, _, i) in messages {
-        let header = MessageHeader {
-            channel_id,
-            sequence: i as u32,
-            log_time: message.log as u64,
-            publish_time: message.publish as u64,
-        };
         let joint = joint_state(message.stamp, &["a"], &[i as f64], &[]);
-        writer.write_to_known_channel(&header, &joint).unwrap();
+        let times = [message.log, message.publish].map(|time| time as u64);
+        writer.message(channel_id, i as u32, times, &joint);
     }
-    writer.finish().unwrap();
-    TempLog::new("log.mcap", &writer.into_inner().into_inner())
+    TempLog::new("log.mcap", &writer.finish())
 }
 
 fn recorded(file: &TempLog) -> BTreeMap<String, SensorRecording> {
@@ -158,11 +150,7 @@ fn valid_stamps_stay_unchanged() {
 #[test]
 fn simulation_time_becomes_the_time_of_all_signals() {
     // the simulation runs at half speed
-    let simulated = |i: i64| StampedMessage {
-        stamp: 7 * S + i * PERIOD,
-        publish: FIRST_NS + 2 * i * PERIOD + delay(i),
-        log: FIRST_NS + 2 * i * PERIOD + delay(i),
-    };
+    let simulated = |i: i64| sent(7 * S + i * PERIOD, FIRST_NS + 2 * i * PERIOD + delay(i));
     let file = log_of(&[("/arm", all(simulated)), ("/imu", all(simulated))], true);
     let recordings = recorded(&file);
     for recording in recordings.values() {
@@ -183,15 +171,8 @@ fn unstamped_signals_follow_uneven_simulation_time() {
         let t = i as f64 * 0.01;
         FIRST_NS + ((1.3 * t + 0.3 * (0.7 * t).sin()) * 1e9) as i64
     };
-    let simulated = |i| StampedMessage {
-        stamp: S + i * PERIOD,
-        publish: log_time(i),
-        log: log_time(i),
-    };
-    let unstamped = |i| StampedMessage {
-        stamp: 0,
-        ..simulated(i)
-    };
+    let simulated = |i| sent(S + i * PERIOD, log_time(i));
+    let unstamped = |i| simulated(i).stamped(0);
     let recordings = recorded(&log_of(
         &[("/arm", all(simulated)), ("/force", all(unstamped))],
         false,
@@ -210,11 +191,7 @@ fn replayed_log_keeps_machine_time() {
     let days = 40 * 86_400 * S;
     let replayed = |i: i64| {
         let log = at(i) / 2 + FIRST_NS / 2 + days + delay(i);
-        StampedMessage {
-            stamp: at(i),
-            publish: log,
-            log,
-        }
+        sent(at(i), log)
     };
     let recordings = recorded(&log_of(
         &[("/arm", all(replayed)), ("/imu", all(replayed))],
@@ -233,14 +210,8 @@ fn replayed_log_keeps_machine_time() {
 
 #[test]
 fn unstamped_messages_are_omitted_or_placed() {
-    let never = |i| StampedMessage {
-        stamp: 0,
-        ..sound(at(i), i)
-    };
-    let sometimes = |i| StampedMessage {
-        stamp: if i % 10 == 3 { 0 } else { at(i) },
-        ..sound(at(i), i)
-    };
+    let never = |i| sound(at(i), i).stamped(0);
+    let sometimes = |i| sound(at(i), i).stamped(if i % 10 == 3 { 0 } else { at(i) });
     let topics = [
         ("/arm", all(|i| sound(at(i), i))),
         ("/force", all(never)),
@@ -267,10 +238,7 @@ fn unstamped_messages_are_omitted_or_placed() {
 
 #[test]
 fn log_time_is_used_and_reported_without_stamps() {
-    let never = |i| StampedMessage {
-        stamp: 0,
-        ..sound(at(i), i)
-    };
+    let never = |i| sound(at(i), i).stamped(0);
     let recordings = recorded(&log_of(
         &[("/arm", all(never)), ("/imu", all(never))],
         false,
@@ -311,14 +279,8 @@ fn publish_time_is_preferred_to_log_time() {
 
 #[test]
 fn topic_of_another_epoch_is_mapped_to_the_common_clock() {
-    let since_boot = |i| StampedMessage {
-        stamp: 500 * S + i * PERIOD,
-        ..sound(at(i), i)
-    };
-    let slow_clock = |i| StampedMessage {
-        stamp: at(i) - 90 * S,
-        ..sound(at(i), i)
-    };
+    let since_boot = |i| sound(at(i), i).stamped(500 * S + i * PERIOD);
+    let slow_clock = |i| sound(at(i), i).stamped(at(i) - 90 * S);
     let topics = [
         ("/arm", all(|i| sound(at(i), i))),
         ("/boom", all(|i| sound(at(i), i))),
@@ -337,11 +299,7 @@ fn topic_of_another_epoch_is_mapped_to_the_common_clock() {
 
 #[test]
 fn other_epoch_is_refused_without_usable_log_times() {
-    let at_once = |stamp: i64| StampedMessage {
-        stamp,
-        publish: FIRST_NS,
-        log: FIRST_NS,
-    };
+    let at_once = |stamp: i64| sent(stamp, FIRST_NS);
     let topics = [
         ("/arm", all(|i| at_once(at(i)))),
         ("/boom", all(|i| at_once(at(i)))),
@@ -366,10 +324,7 @@ fn runs_of_a_looped_replay_follow_each_other() {
     let looped = |period: i64| {
         move |i: i64| {
             let time = i * period;
-            StampedMessage {
-                stamp: FIRST_NS - 86_400 * S + time % length,
-                ..sound(FIRST_NS + time, i)
-            }
+            sound(FIRST_NS + time, i).stamped(FIRST_NS - 86_400 * S + time % length)
         }
     };
     let slow: Vec<StampedMessage> = (0..500).map(looped(40 * MS)).collect();
@@ -428,14 +383,9 @@ fn blocks_in_another_order_are_no_restarts() {
 
 #[test]
 fn restarted_sensor_is_joined_by_log_time() {
-    let restarted = |i| StampedMessage {
-        stamp: at(i) - if i < 800 { 0 } else { 60 * S },
-        ..sound(at(i), i)
-    };
-    let set_ahead = |i| StampedMessage {
-        stamp: at(i) - if i < 1300 { 400 * 86_400 * S } else { 0 },
-        ..sound(at(i), i)
-    };
+    let restarted = |i| sound(at(i), i).stamped(at(i) - if i < 800 { 0 } else { 60 * S });
+    let set_ahead =
+        |i| sound(at(i), i).stamped(at(i) - if i < 1300 { 400 * 86_400 * S } else { 0 });
     let topics = [
         ("/arm", all(|i| sound(at(i), i))),
         ("/imu", all(restarted)),
@@ -461,15 +411,9 @@ fn late_repeated_and_impossible_stamps_are_reported() {
             300 => i32::MAX as i64 * S, // impossible
             _ => at(i),
         };
-        StampedMessage {
-            stamp,
-            ..sound(at(i), i)
-        }
+        sound(at(i), i).stamped(stamp)
     };
-    let often_twice = |i: i64| StampedMessage {
-        stamp: at(i / 4 * 4),
-        ..sound(at(i), i)
-    };
+    let often_twice = |i: i64| sound(at(i), i).stamped(at(i / 4 * 4));
     let topics = [
         ("/arm", all(|i| sound(at(i), i))),
         ("/imu", all(odd)),
@@ -491,10 +435,7 @@ fn late_repeated_and_impossible_stamps_are_reported() {
 
 #[test]
 fn clock_drift_is_removed() {
-    let fast = |i: i64| StampedMessage {
-        stamp: at(i) + i * PERIOD / 200,
-        ..sound(at(i), i)
-    };
+    let fast = |i: i64| sound(at(i), i).stamped(at(i) + i * PERIOD / 200);
     let topics = [
         ("/arm", all(fast)),
         ("/boom", all(|i| sound(at(i), i))),
@@ -535,10 +476,7 @@ fn stamps_that_begin_and_end_together_are_of_one_clock_where_log_times_scatter()
     assert_eq!(clock.treatment, Treatment::Reported, "{clock}");
 
     // a clock that is 2 s ahead does not show itself as the same
-    let ahead = |i: i64| StampedMessage {
-        stamp: at(i) + 2 * S,
-        ..late(i)
-    };
+    let ahead = |i: i64| late(i).stamped(at(i) + 2 * S);
     let arm = of_arm(&ahead);
     let is_refusal = |f: &ClockFinding| f.treatment == Treatment::Refused;
     assert!(
@@ -550,14 +488,8 @@ fn stamps_that_begin_and_end_together_are_of_one_clock_where_log_times_scatter()
 
 #[test]
 fn single_numbers_are_put_on_the_clock_of_the_sensors() {
-    let simulated = |i: i64| StampedMessage {
-        stamp: 7 * S + i * PERIOD,
-        ..sound(at(i), i)
-    };
-    let never = |i| StampedMessage {
-        stamp: 0,
-        ..sound(at(i), i)
-    };
+    let simulated = |i: i64| sound(at(i), i).stamped(7 * S + i * PERIOD);
+    let never = |i| sound(at(i), i).stamped(0);
     let file = log_of(&[("/arm", all(simulated)), ("/force", all(never))], false);
     let log = Log::open(&file.path).unwrap();
     let request = SensorRequest::typed(
@@ -599,11 +531,7 @@ fn largest_scatter_ms(recording: &SensorRecording, truth: impl Fn(i64) -> i64) -
 fn without_stamps(log: impl Fn(i64) -> i64) -> BTreeMap<String, SensorRecording> {
     let message = |time: i64| {
         let log = log(time);
-        StampedMessage {
-            stamp: 0,
-            publish: log,
-            log,
-        }
+        sent(0, log)
     };
     let fast = all(|i| message(i * PERIOD));
     let slow = (0..MESSAGES / 5)
@@ -683,11 +611,7 @@ fn stamps_that_step_back_with_the_log_time_keep_the_order_of_the_file() {
 fn a_log_time_that_is_set_forward_is_told_by_stamps_that_go_on() {
     for by in [200 * MS, 5 * S, 7 * 86_400 * S] {
         let log = |i: i64| at(i) + delay(i) + if i < 900 { 0 } else { by };
-        let message = |stamp: i64, i: i64| StampedMessage {
-            stamp,
-            publish: log(i),
-            log: log(i),
-        };
+        let message = |stamp: i64, i: i64| sent(stamp, log(i));
         let stamped = || all(|i| message(at(i), i));
         let unstamped = all(|i| message(0, i));
         let topics = [
@@ -706,11 +630,7 @@ fn a_log_time_that_is_set_forward_is_told_by_stamps_that_go_on() {
     }
     // one topic whose messages take longer from then on is no jump
     let late = |i: i64| at(i) + delay(i) + if i < 900 { 0 } else { 200 * MS };
-    let queued = all(|i| StampedMessage {
-        stamp: at(i),
-        publish: late(i),
-        log: late(i),
-    });
+    let queued = all(|i| sent(at(i), late(i)));
     let topics = [("/arm", queued), ("/leg", all(|i| sound(at(i), i)))];
     let recordings = recorded(&log_of(&topics, false));
     assert!(!kinds(&recordings["/arm"]).contains(&Kind::LogTimeJump));
@@ -753,11 +673,7 @@ fn disordered_log_times_are_no_jump() {
         60..80 => i - 20,
         _ => i,
     };
-    let message = |i: i64| StampedMessage {
-        stamp: 0,
-        publish: at(log(i)),
-        log: at(log(i)),
-    };
+    let message = |i: i64| sent(0, at(log(i)));
     let file = log_ordered(&[("/arm", all(message))], false, |_, i, _| i);
     let recording = &recorded(&file)["/arm"];
     assert_eq!(kinds(recording), [Kind::NoHeaderStamp]);
@@ -766,11 +682,7 @@ fn disordered_log_times_are_no_jump() {
 
 #[test]
 fn rows_in_no_order_of_time_are_no_jump() {
-    let message = |i: i64| StampedMessage {
-        stamp: 0,
-        publish: at(i),
-        log: at(i),
-    };
+    let message = |i: i64| sent(0, at(i));
     // the later half first, the quarters in no order, and no order at all
     let quarter = MESSAGES / 4;
     let orders: [&dyn Fn(i64) -> i64; 3] = [
@@ -790,15 +702,8 @@ fn rows_in_no_order_of_time_are_no_jump() {
 #[test]
 fn a_log_time_that_steps_back_does_not_move_stamps() {
     let log = |i: i64| at(i) + delay(i) - if i < 900 { 0 } else { 5 * S };
-    let stamped = |i: i64| StampedMessage {
-        stamp: at(i),
-        publish: log(i),
-        log: log(i),
-    };
-    let unstamped = |i: i64| StampedMessage {
-        stamp: 0,
-        ..stamped(i)
-    };
+    let stamped = |i: i64| sent(at(i), log(i));
+    let unstamped = |i: i64| stamped(i).stamped(0);
     let topics = [("/arm", all(stamped)), ("/force", all(unstamped))];
     let recordings = recorded(&log_ordered(&topics, false, |_, i, _| i));
     assert_eq!(largest_error_ms(&recordings["/arm"], at), 0.0);
@@ -811,11 +716,7 @@ fn a_log_time_that_steps_back_does_not_move_stamps() {
 fn clocks_that_are_all_set_by_years_keep_one_time_axis() {
     // stamps and log times, with the first position of the satellites
     let set = |i: i64| if i < 700 { 0 } else { 8 * 365 * 86_400 * S };
-    let message = |i: i64| StampedMessage {
-        stamp: at(i) + set(i),
-        publish: at(i) + set(i) + delay(i),
-        log: at(i) + set(i) + delay(i),
-    };
+    let message = |i: i64| sent(at(i) + set(i), at(i) + set(i) + delay(i));
     let topics = [("/arm", all(message)), ("/imu", all(message))];
     let recordings = recorded(&log_of(&topics, false));
     for recording in recordings.values() {
@@ -837,10 +738,7 @@ fn a_corrected_sensor_clock_is_put_back() {
         ("behind", -400 * MS),
     ] {
         // wrong before the correction
-        let corrected = |i: i64| StampedMessage {
-            stamp: at(i) + if i < 1200 { step } else { 0 },
-            ..sound(at(i), i)
-        };
+        let corrected = |i: i64| sound(at(i), i).stamped(at(i) + if i < 1200 { step } else { 0 });
         let topics = [
             ("/arm", all(corrected)),
             ("/imu", all(|i| sound(at(i), i))),
@@ -871,11 +769,7 @@ fn delays_of_the_transport_are_no_steps_of_the_stamps() {
             1200.. => at(i) + 200 * MS,
             _ => at(i),
         };
-        StampedMessage {
-            stamp: at(i),
-            publish: log + delay(i),
-            log: log + delay(i),
-        }
+        sent(at(i), log + delay(i))
     };
     let topics = [("/arm", all(|i| sound(at(i), i))), ("/imu", all(delayed))];
     let recordings = recorded(&log_ordered(&topics, false, |_, i, _| i));
@@ -891,10 +785,7 @@ fn delays_of_the_transport_are_no_steps_of_the_stamps() {
 #[test]
 fn single_stamps_ahead_are_omitted_and_no_restarts() {
     let is_odd = |i: i64| (i * 7919) % 200 == 3;
-    let odd = |i: i64| StampedMessage {
-        stamp: at(i) + if is_odd(i) { (2 + i % 5) * S } else { 0 },
-        ..sound(at(i), i)
-    };
+    let odd = |i: i64| sound(at(i), i).stamped(at(i) + if is_odd(i) { (2 + i % 5) * S } else { 0 });
     let topics = [("/arm", all(|i| sound(at(i), i))), ("/imu", all(odd))];
     let imu = &recorded(&log_of(&topics, false))["/imu"];
     let strays = (0..MESSAGES).filter(|&i| is_odd(i)).count();
@@ -904,14 +795,7 @@ fn single_stamps_ahead_are_omitted_and_no_restarts() {
     assert_eq!(largest_error_ms(imu, at), 0.0);
     // the same where the log time is all there is
     let file = log_ordered(
-        &[(
-            "/table",
-            all(|i| StampedMessage {
-                stamp: 0,
-                publish: odd(i).stamp,
-                log: odd(i).stamp,
-            }),
-        )],
+        &[("/table", all(|i| sent(0, odd(i).stamp)))],
         false,
         |_, i, _| i,
     );
@@ -923,10 +807,7 @@ fn single_stamps_ahead_are_omitted_and_no_restarts() {
 
 #[test]
 fn stamps_of_whole_seconds_give_way_to_the_log_time() {
-    let coarse = |i: i64| StampedMessage {
-        stamp: at(i) / S * S,
-        ..sound(at(i), i)
-    };
+    let coarse = |i: i64| sound(at(i), i).stamped(at(i) / S * S);
     let topics = [("/arm", all(|i| sound(at(i), i))), ("/odom", all(coarse))];
     let odom = &recorded(&log_of(&topics, false))["/odom"];
     assert_eq!(odom.reading.clock.source, StampSource::Log);

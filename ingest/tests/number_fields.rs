@@ -1,13 +1,11 @@
-use std::{collections::BTreeMap, io::Cursor};
-
-use mcap::{WriteOptions, records::MessageHeader};
+use mcap::WriteOptions;
 use tipwatch_ingest::{
     FieldRequest, Log, NumberField, SampleSpec, SensorKind, SensorRequest, ValueSource,
     record_fields, record_sensors, topic_contents,
 };
 
 use crate::sensor_blocks::blocks_and_columns;
-use crate::support::{Cdr, TempLog, imu_of_two_parts};
+use crate::support::{Cdr, Mcap, TempLog, imu_of_two_parts};
 
 /// Named axes in an array of messages, without a header.
 const AXES: &str = "Axis[] axes\nCell[2] cells\n===\nMSG: pkg/Axis\nstring name\nfloat64 angle\n\
@@ -24,25 +22,14 @@ fn message(angles: &[(&str, f64)], cells: [f64; 2]) -> Vec<u8> {
 }
 
 fn log(encoding: &str, schema: (&str, &str), messages: &[Vec<u8>]) -> TempLog {
-    let mut writer = WriteOptions::new().create(Cursor::new(Vec::new())).unwrap();
-    let schema = writer
-        .add_schema("pkg/msg/Axes", schema.0, schema.1.as_bytes())
-        .unwrap();
-    let channel = writer
-        .add_channel(schema, "/axes", encoding, &BTreeMap::new())
-        .unwrap();
+    let mut writer = Mcap::new(WriteOptions::new());
+    let schema = ("pkg/msg/Axes", schema.0, schema.1.as_bytes());
+    let channel = writer.topic_of("/axes", encoding, schema);
     for (i, message) in messages.iter().enumerate() {
         let time = 1_000_000_000 + i as u64 * 10_000_000;
-        let header = MessageHeader {
-            channel_id: channel,
-            sequence: i as u32,
-            log_time: time,
-            publish_time: time,
-        };
-        writer.write_to_known_channel(&header, message).unwrap();
+        writer.message(channel, i as u32, [time, time], message);
     }
-    writer.finish().unwrap();
-    TempLog::new("axes.mcap", &writer.into_inner().into_inner())
+    TempLog::new("axes.mcap", &writer.finish())
 }
 
 fn binary() -> TempLog {
@@ -216,30 +203,18 @@ fn one_topic_may_serve_several_sensors() {
 #[test]
 fn parts_of_a_sample_may_come_on_separate_topics() {
     const MS: i64 = 1_000_000;
-    let mut writer = WriteOptions::new().create(Cursor::new(Vec::new())).unwrap();
-    let schema = writer.add_schema("pkg/Part", "jsonschema", b"{}").unwrap();
+    let mut writer = Mcap::new(WriteOptions::new());
     let mut times: Vec<(&str, i64)> = (1..=100).map(|i| ("/acceleration", 10 * i)).collect();
     let of_rates = (1..=95).filter(|i| !(30..=60).contains(i));
     times.extend(of_rates.map(|i| ("/rates", 10 * i + 4)));
     times.sort_by_key(|(_, ms)| *ms);
     for (topic, ms) in times {
-        let channel = writer
-            .add_channel(schema, topic, "json", &BTreeMap::new())
-            .unwrap();
+        let channel = writer.topic_of(topic, "json", ("pkg/Part", "jsonschema", b"{}"));
         let time = 1_000_000_000 + (ms * MS) as u64;
         let message = format!("{{\"x\": {ms}, \"y\": 0, \"z\": 1}}");
-        let header = MessageHeader {
-            channel_id: channel,
-            sequence: 0,
-            log_time: time,
-            publish_time: time,
-        };
-        writer
-            .write_to_known_channel(&header, message.as_bytes())
-            .unwrap();
+        writer.message(channel, 0, [time, time], message.as_bytes());
     }
-    writer.finish().unwrap();
-    let file = TempLog::new("parts.mcap", &writer.into_inner().into_inner());
+    let file = TempLog::new("parts.mcap", &writer.finish());
     let log = Log::open(&file.path).unwrap();
     let request = imu_of_two_parts(&log);
     let (_, recordings) = blocks_and_columns(&log, &[request]);

@@ -5,7 +5,7 @@ use tipwatch_ingest::{Format, Log, RecoverError, WriteError, recover};
 use crate::{
     bags::bag,
     rosbag2::{JOINTS, database, joint_messages, rows},
-    support::{Style, TempLog, joint_log, joint_samples, messages},
+    support::{Mcap, Style, TempLog, joint_log, joint_samples, messages},
 };
 
 #[test]
@@ -68,9 +68,7 @@ fn intact_part_of_a_damaged_log_is_recovered() {
 
 #[test]
 fn attachments_and_metadata_are_kept() {
-    let mut writer = mcap::WriteOptions::new()
-        .create(std::io::Cursor::new(Vec::new()))
-        .unwrap();
+    let mut writer = Mcap::new(mcap::WriteOptions::new());
     let attachment = mcap::Attachment {
         log_time: 1,
         create_time: 2,
@@ -78,14 +76,13 @@ fn attachments_and_metadata_are_kept() {
         media_type: "text/xml".to_owned(),
         data: Cow::Borrowed(b"<robot/>"),
     };
-    writer.attach(&attachment).unwrap();
+    writer.0.attach(&attachment).unwrap();
     let metadata = mcap::records::Metadata {
         name: "machine".to_owned(),
         metadata: BTreeMap::from([("serial".to_owned(), "7".to_owned())]),
     };
-    writer.write_metadata(&metadata).unwrap();
-    writer.finish().unwrap();
-    let file = TempLog::new("a.mcap", &writer.into_inner().into_inner());
+    writer.0.write_metadata(&metadata).unwrap();
+    let file = TempLog::new("a.mcap", &writer.finish());
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out.mcap");
     let report = recover(&Log::open(&file.path).unwrap(), &out).unwrap();
@@ -111,9 +108,7 @@ fn existing_file_is_not_overwritten() {
 
 #[test]
 fn channels_and_schemas_come_out_as_they_were() {
-    let mut writer = mcap::WriteOptions::new()
-        .create(std::io::Cursor::new(Vec::new()))
-        .unwrap();
+    let mut writer = Mcap::new(mcap::WriteOptions::new());
     let says = BTreeMap::from([("offered_qos_profiles".to_owned(), "- depth: 5".to_owned())]);
     // a definition that the recorder did not find, of a built-in type and of another
     let schemas = [
@@ -127,25 +122,17 @@ fn channels_and_schemas_come_out_as_they_were() {
         ),
     ];
     for (index, (name, language, text)) in schemas.into_iter().enumerate() {
-        let schema = writer.add_schema(name, language, text.as_bytes()).unwrap();
+        let schema = writer.0.add_schema(name, language, text.as_bytes());
+        let schema = schema.unwrap();
         for depth in ["- depth: 5", "- depth: 6"] {
             let mut says = says.clone();
             says.insert("offered_qos_profiles".to_owned(), depth.to_owned());
             let topic = format!("/{index}");
-            let channel = writer.add_channel(schema, &topic, "cdr", &says).unwrap();
-            let header = mcap::records::MessageHeader {
-                channel_id: channel,
-                sequence: 0,
-                log_time: 1,
-                publish_time: 1,
-            };
-            writer
-                .write_to_known_channel(&header, &[0, 1, 0, 0])
-                .unwrap();
+            let channel = writer.0.add_channel(schema, &topic, "cdr", &says).unwrap();
+            writer.message(channel, 0, [1, 1], &[0, 1, 0, 0]);
         }
     }
-    writer.finish().unwrap();
-    let file = TempLog::new("a.mcap", &writer.into_inner().into_inner());
+    let file = TempLog::new("a.mcap", &writer.finish());
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out.mcap");
     recover(&Log::open(&file.path).unwrap(), &out).unwrap();

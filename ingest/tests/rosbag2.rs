@@ -7,7 +7,8 @@ use tipwatch_ingest::{
 };
 
 use crate::support::{
-    Cdr, FIRST_NS, JOINT_STATE, PERIOD_NS, Style, TempLog, joint_log, joint_samples, joint_state,
+    Cdr, FIRST_NS, JOINT_STATE, Mcap, PERIOD_NS, Style, TempLog, joint_log, joint_samples,
+    joint_state,
 };
 
 pub(crate) const JOINTS: (&str, &str) = ("/joint_states", "sensor_msgs/msg/JointState");
@@ -492,24 +493,11 @@ fn numbers_in_lists_of_lists_are_read_by_either_definition() {
         sequence<own::msg::Point> points; double after; }; }; };\n===\nIDL: own/msg/Point\n\
         module own { module msg { struct Point { sequence<double> positions; double time; }; }; };\n";
     for (language, definition) in [("ros2msg", text), ("ros2idl", idl)] {
-        let mut writer = mcap::WriteOptions::new()
-            .create(std::io::Cursor::new(Vec::new()))
-            .unwrap();
-        let schema = writer
-            .add_schema("own/msg/Path", language, definition.as_bytes())
-            .unwrap();
-        let channel = writer
-            .add_channel(schema, "/path", "cdr", &std::collections::BTreeMap::new())
-            .unwrap();
-        let header = mcap::records::MessageHeader {
-            channel_id: channel,
-            sequence: 0,
-            log_time: 1,
-            publish_time: 1,
-        };
-        writer.write_to_known_channel(&header, &cdr.bytes).unwrap();
-        writer.finish().unwrap();
-        let file = TempLog::new("log.mcap", &writer.into_inner().into_inner());
+        let mut writer = Mcap::new(mcap::WriteOptions::new());
+        let schema = ("own/msg/Path", language, definition.as_bytes());
+        let channel = writer.topic_of("/path", "cdr", schema);
+        writer.message(channel, 0, [1, 1], &cdr.bytes);
+        let file = TempLog::new("log.mcap", &writer.finish());
         let log = Log::open(&file.path).unwrap();
         let (contents, _) = topic_contents(&log).unwrap();
         let found: Vec<(&str, Option<f64>)> = contents[0]

@@ -1,8 +1,6 @@
 //! Self-describing messages: JSON and protobuf.
 
-use std::{collections::BTreeMap, io::Cursor};
-
-use mcap::{WriteOptions, records::MessageHeader};
+use mcap::WriteOptions;
 use proptest::prelude::*;
 use prost_reflect::{DescriptorPool, DynamicMessage, Value as ProtoValue, prost::Message as _};
 use prost_types::{
@@ -13,32 +11,19 @@ use tipwatch_ingest::{
     DecodeError, FieldPath, Fields, Layout, Log, SensorDecoder, SensorKind, SensorSample, Topic,
 };
 
-use crate::support::{self, FIRST_NS, PERIOD_NS, Style, TempLog, joint_log, joint_samples};
+use crate::support::{self, FIRST_NS, Mcap, PERIOD_NS, Style, TempLog, joint_log, joint_samples};
 
 const COUNT: usize = 60;
 
 /// A log of one topic of joint states.
 fn log_of(encoding: &str, schema: (&str, &str, &[u8]), messages: &[Vec<u8>]) -> TempLog {
-    let mut writer = WriteOptions::new()
-        .compression(None)
-        .create(Cursor::new(Vec::new()))
-        .unwrap();
-    let schema = writer.add_schema(schema.0, schema.1, schema.2).unwrap();
-    let channel = writer
-        .add_channel(schema, "/joint_states", encoding, &BTreeMap::new())
-        .unwrap();
+    let mut writer = Mcap::new(WriteOptions::new().compression(None));
+    let channel = writer.topic_of("/joint_states", encoding, schema);
     for (index, message) in messages.iter().enumerate() {
         let stamp_ns = (FIRST_NS + index as i64 * PERIOD_NS) as u64;
-        let header = MessageHeader {
-            channel_id: channel,
-            sequence: index as u32,
-            log_time: stamp_ns + 5,
-            publish_time: stamp_ns + 3,
-        };
-        writer.write_to_known_channel(&header, message).unwrap();
+        writer.message(channel, index as u32, [stamp_ns + 5, stamp_ns + 3], message);
     }
-    writer.finish().unwrap();
-    TempLog::new("log.mcap", &writer.into_inner().into_inner())
+    TempLog::new("log.mcap", &writer.finish())
 }
 
 /// The samples of the same messages in CDR, with non-round numbers.

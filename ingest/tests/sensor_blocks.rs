@@ -1,8 +1,8 @@
 //! Sensors in blocks: concatenated and placed, they are the whole columns, to the bit.
 
-use std::{cmp::Reverse, collections::BTreeMap, io::Cursor};
+use std::cmp::Reverse;
 
-use mcap::{Compression, WriteOptions, records::MessageHeader};
+use mcap::{Compression, WriteOptions};
 use tipwatch_ingest::{
     Log, MessageTimes, SensorKind, SensorReading, SensorRecording, SensorRequest, arrival_order,
     read_sensor_blocks, record_sensors,
@@ -12,8 +12,8 @@ use crate::{
     bags::{PACKINGS, bag},
     rosbag2::{JOINTS, database, joint_messages, rows},
     support::{
-        COMPRESSIONS, FIRST_NS, JOINT_STATE, PERIOD_NS, Style, TempLog, imu_of_two_parts,
-        joint_log, joint_state,
+        COMPRESSIONS, FIRST_NS, Mcap, PERIOD_NS, Style, TempLog, imu_of_two_parts, joint_log,
+        joint_state,
     },
 };
 
@@ -152,45 +152,21 @@ fn small_logs_of_every_format_give_one_block_per_sensor() {
 
 /// Joint states at 1000 Hz, an IMU of two parts at 100 Hz and a slow topic, in chunks of this size.
 fn long_log(chunk_bytes: u64, messages: u32) -> Vec<u8> {
-    let mut writer = WriteOptions::new()
-        .compression(Some(Compression::Lz4))
-        .compression_threads(0)
-        .chunk_size(Some(chunk_bytes))
-        .create(Cursor::new(Vec::new()))
-        .unwrap();
-    let schema = writer
-        .add_schema(
-            "sensor_msgs/msg/JointState",
-            "ros2msg",
-            JOINT_STATE.as_bytes(),
-        )
-        .unwrap();
-    let part = writer
-        .add_schema(
-            "pkg/msg/Part",
-            "ros2msg",
-            b"float64 x\nfloat64 y\nfloat64 z\n",
-        )
-        .unwrap();
-    let nothing = BTreeMap::new();
-    let mut channel = |schema, topic| writer.add_channel(schema, topic, "cdr", &nothing).unwrap();
+    let options = WriteOptions::new().compression(Some(Compression::Lz4));
+    let options = options.compression_threads(0).chunk_size(Some(chunk_bytes));
+    let mut writer = Mcap::new(options);
+    let part = "float64 x\nfloat64 y\nfloat64 z\n";
     let channels = [
-        channel(schema, "/arm"),
-        channel(schema, "/slow"),
-        channel(part, "/acceleration"),
-        channel(part, "/rates"),
+        writer.joints("/arm"),
+        writer.joints("/slow"),
+        writer.topic("/acceleration", "pkg/msg/Part", part),
+        writer.topic("/rates", "pkg/msg/Part", part),
     ];
     let mut noise = 1_u64;
     for index in 0..messages {
         let time_ns = FIRST_NS + i64::from(index) * PERIOD_NS / 10;
         let mut write = |channel: usize, message: &[u8]| {
-            let header = MessageHeader {
-                channel_id: channels[channel],
-                sequence: index,
-                log_time: time_ns as u64,
-                publish_time: time_ns as u64,
-            };
-            writer.write_to_known_channel(&header, message).unwrap();
+            writer.message(channels[channel], index, [time_ns as u64; 2], message);
         };
         noise = noise
             .wrapping_mul(6_364_136_223_846_793_005)
@@ -213,8 +189,7 @@ fn long_log(chunk_bytes: u64, messages: u32) -> Vec<u8> {
             write(2 + (index as usize / 10) % 2, &vector);
         }
     }
-    writer.finish().unwrap();
-    writer.into_inner().into_inner()
+    writer.finish()
 }
 
 #[test]

@@ -1,15 +1,13 @@
 //! Publishers that share a topic, and what a log says twice.
 
-use std::{collections::BTreeMap, io::Cursor};
-
-use mcap::{WriteOptions, records::MessageHeader};
+use mcap::WriteOptions;
 use tipwatch_ingest::{
     Log, NamedTopics, SampleStream, SensorKind, SensorRequest, SensorTopics, record_sensors,
     robot_descriptions,
 };
 
 use crate::sensor_blocks::blocks_and_columns;
-use crate::support::{Cdr, FIRST_NS, TempLog, joint_state};
+use crate::support::{Cdr, FIRST_NS, Mcap, TempLog, joint_state};
 
 const MS: i64 = 1_000_000;
 
@@ -202,21 +200,12 @@ fn wrenches(frames: [&str; 2]) -> Vec<(usize, i64, Vec<u8>)> {
 /// A log in small chunks, which several threads decode.
 fn chunked_log(type_name: &str, messages: &[(usize, i64, Vec<u8>)]) -> TempLog {
     let options = WriteOptions::new().compression(None).chunk_size(Some(3000));
-    let mut writer = options.create(Cursor::new(Vec::new())).unwrap();
-    let schema = writer.add_schema(type_name, "ros2msg", b"").unwrap();
-    let channel = writer.add_channel(schema, "/t", "cdr", &BTreeMap::new());
-    let channel_id = channel.unwrap();
+    let mut writer = Mcap::new(options);
+    let channel = writer.topic("/t", type_name, "");
     for (_, time_ns, data) in messages {
-        let header = MessageHeader {
-            channel_id,
-            sequence: 0,
-            log_time: *time_ns as u64,
-            publish_time: *time_ns as u64,
-        };
-        writer.write_to_known_channel(&header, data).unwrap();
+        writer.message(channel, 0, [*time_ns as u64; 2], data);
     }
-    writer.finish().unwrap();
-    TempLog::new("t.mcap", &writer.into_inner().into_inner())
+    TempLog::new("t.mcap", &writer.finish())
 }
 
 #[test]

@@ -1,35 +1,20 @@
-use std::{collections::BTreeMap, io::Cursor, ops::ControlFlow};
+use std::ops::ControlFlow;
 
-use mcap::{Compression, WriteOptions, records::MessageHeader};
+use mcap::{Compression, WriteOptions};
 use tipwatch_ingest::{Log, TopicId};
 
-use crate::support::TempLog;
+use crate::support::{Mcap, TempLog};
 
 #[test]
 fn chunks_without_a_wanted_topic_are_skipped_and_counted() {
-    let mut writer = WriteOptions::new()
-        .compression(Some(Compression::Zstd))
-        .chunk_size(Some(10_000))
-        .create(Cursor::new(Vec::new()))
-        .unwrap();
-    let channels = ["/arm", "/camera"].map(|topic| {
-        writer
-            .add_channel(0, topic, "cdr", &BTreeMap::new())
-            .unwrap()
-    });
+    let options = WriteOptions::new().compression(Some(Compression::Zstd));
+    let mut writer = Mcap::new(options.chunk_size(Some(10_000)));
+    let channels = ["/arm", "/camera"].map(|topic| writer.joints(topic));
     for index in 0..400_u32 {
-        let header = MessageHeader {
-            channel_id: channels[(index / 200) as usize],
-            sequence: index,
-            log_time: u64::from(index),
-            publish_time: u64::from(index),
-        };
-        writer
-            .write_to_known_channel(&header, &[index as u8; 1000])
-            .unwrap();
+        let channel = channels[(index / 200) as usize];
+        writer.message(channel, index, [index.into(); 2], &[index as u8; 1000]);
     }
-    writer.finish().unwrap();
-    let file = TempLog::new("mixed.mcap", &writer.into_inner().into_inner());
+    let file = TempLog::new("mixed.mcap", &writer.finish());
     let log = Log::open(&file.path).unwrap();
     let passed_over = |topics: &[TopicId]| {
         let losses = log.read(topics, &mut |_| ControlFlow::Continue(()));

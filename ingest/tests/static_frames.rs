@@ -1,34 +1,20 @@
-use std::{collections::BTreeMap, io::Cursor};
-
-use mcap::{WriteOptions, records::MessageHeader};
+use mcap::WriteOptions;
 use tipwatch_ingest::{Log, static_frames};
 
-use crate::support::{Cdr, TempLog};
+use crate::support::{Cdr, Mcap, TempLog};
 
 /// A log of transforms, one message each: topic, parent, child, x, w.
 fn log(transforms: &[(&str, &str, &str, f64, f64)]) -> TempLog {
-    let mut writer = WriteOptions::new().create(Cursor::new(Vec::new())).unwrap();
-    // without a definition, the built-in one is used
-    let schema = writer
-        .add_schema("tf2_msgs/msg/TFMessage", "ros2msg", b"")
-        .unwrap();
+    let mut writer = Mcap::new(WriteOptions::new());
     for &(topic, parent, child, x, w) in transforms {
-        let channel = writer
-            .add_channel(schema, topic, "cdr", &BTreeMap::new())
-            .unwrap();
+        // without a definition, the built-in one is used
+        let channel = writer.topic(topic, "tf2_msgs/msg/TFMessage", "");
         let mut cdr = Cdr::new(false);
         cdr.u32(1).header(7, parent).text(child);
         cdr.all(&[x, 2.0, 3.0]).all(&[0.0, 0.0, 0.0, w]);
-        let header = MessageHeader {
-            channel_id: channel,
-            sequence: 0,
-            log_time: 1,
-            publish_time: 1,
-        };
-        writer.write_to_known_channel(&header, &cdr.bytes).unwrap();
+        writer.message(channel, 0, [1, 1], &cdr.bytes);
     }
-    writer.finish().unwrap();
-    TempLog::new("tf.mcap", &writer.into_inner().into_inner())
+    TempLog::new("tf.mcap", &writer.finish())
 }
 
 #[test]

@@ -1,35 +1,23 @@
-use std::{collections::BTreeMap, io::Cursor, ops::ControlFlow};
+use std::ops::ControlFlow;
 
-use mcap::{Compression, WriteOptions, records::MessageHeader};
+use mcap::{Compression, WriteOptions};
 use tipwatch_ingest::Log;
 
-use crate::support::TempLog;
+use crate::support::{Mcap, TempLog};
 
 const MESSAGES: u32 = 200;
 
 /// Ten messages a chunk.
 fn mcap_file() -> Vec<u8> {
-    let mut writer = WriteOptions::new()
-        .compression(Some(Compression::Zstd))
-        .chunk_size(Some(10_000))
-        .create(Cursor::new(Vec::new()))
-        .unwrap();
-    let channel_id = writer
-        .add_channel(0, "/arm", "cdr", &BTreeMap::new())
-        .unwrap();
+    let options = WriteOptions::new().compression(Some(Compression::Zstd));
+    let mut writer = Mcap::new(options.chunk_size(Some(10_000)));
+    let channel = writer.joints("/arm");
     for index in 0..MESSAGES {
-        let header = MessageHeader {
-            channel_id,
-            sequence: index,
-            log_time: u64::from(index),
-            publish_time: u64::from(index),
-        };
         let noise = |at: u32| (index * 1000 + at).wrapping_mul(0x9e37_79b9) as u8;
         let data: Vec<u8> = (0..1000).map(noise).collect();
-        writer.write_to_known_channel(&header, &data).unwrap();
+        writer.message(channel, index, [index.into(); 2], &data);
     }
-    writer.finish().unwrap();
-    writer.into_inner().into_inner()
+    writer.finish()
 }
 
 /// Everything that a read says, stopped after so many messages.

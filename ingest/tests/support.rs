@@ -7,7 +7,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use mcap::{Compression, WriteOptions, records::MessageHeader};
+use mcap::{Compression, WriteOptions, Writer, records::MessageHeader};
 use proptest::test_runner::{Config as ProptestConfig, FileFailurePersistence};
 use tempfile::TempDir;
 use tipwatch_ingest::{
@@ -104,6 +104,53 @@ pub(crate) fn joint_state(
     cdr.bytes
 }
 
+/// An MCAP file that is written in memory.
+pub(crate) struct Mcap(pub(crate) Writer<Cursor<Vec<u8>>>);
+
+impl Mcap {
+    pub(crate) fn new(options: WriteOptions) -> Self {
+        Self(options.create(Cursor::new(Vec::new())).unwrap())
+    }
+
+    /// A topic of CDR messages, whose type is defined by this text.
+    pub(crate) fn topic(&mut self, name: &str, type_name: &str, text: &str) -> u16 {
+        self.topic_of(name, "cdr", (type_name, "ros2msg", text.as_bytes()))
+    }
+
+    /// A topic of joint states.
+    pub(crate) fn joints(&mut self, name: &str) -> u16 {
+        self.topic(name, "sensor_msgs/msg/JointState", JOINT_STATE)
+    }
+
+    /// A topic of messages in this encoding; a schema is its name, its language and its text.
+    pub(crate) fn topic_of(
+        &mut self,
+        name: &str,
+        encoding: &str,
+        (type_name, language, text): (&str, &str, &[u8]),
+    ) -> u16 {
+        let schema = self.0.add_schema(type_name, language, text).unwrap();
+        let channel = (self.0).add_channel(schema, name, encoding, &BTreeMap::new());
+        channel.unwrap()
+    }
+
+    /// A message: its topic, its number, its log time and its publish time (ns).
+    pub(crate) fn message(&mut self, topic: u16, number: u32, times: [u64; 2], data: &[u8]) {
+        let header = MessageHeader {
+            channel_id: topic,
+            sequence: number,
+            log_time: times[0],
+            publish_time: times[1],
+        };
+        self.0.write_to_known_channel(&header, data).unwrap();
+    }
+
+    pub(crate) fn finish(mut self) -> Vec<u8> {
+        self.0.finish().unwrap();
+        self.0.into_inner().into_inner()
+    }
+}
+
 /// Options of an MCAP file.
 #[derive(Clone)]
 pub(crate) struct Style {
@@ -140,49 +187,25 @@ pub(crate) const COMPRESSIONS: [Option<Compression>; 3] =
 
 /// Joint states on `/joint_states`, alternating with strings on `/chatter`.
 pub(crate) fn joint_log(style: &Style, message_count: usize) -> Vec<u8> {
-    let mut writer = style.options().create(Cursor::new(Vec::new())).unwrap();
-    let joint_schema = writer
-        .add_schema(
-            "sensor_msgs/msg/JointState",
-            "ros2msg",
-            JOINT_STATE.as_bytes(),
-        )
-        .unwrap();
-    let text_schema = writer
-        .add_schema("std_msgs/msg/String", "ros2msg", b"string data\n")
-        .unwrap();
-    let joints = writer
-        .add_channel(joint_schema, "/joint_states", "cdr", &BTreeMap::new())
-        .unwrap();
-    let chatter = writer
-        .add_channel(text_schema, "/chatter", "cdr", &BTreeMap::new())
-        .unwrap();
+    let mut writer = Mcap::new(style.options());
+    let joints = writer.joints("/joint_states");
+    let chatter = writer.topic("/chatter", "std_msgs/msg/String", "string data\n");
     for index in 0..message_count {
         let value = index as f64;
         let stamp_ns = FIRST_NS + index as i64 * PERIOD_NS;
-        let header = |channel_id| MessageHeader {
-            channel_id,
-            sequence: index as u32,
-            log_time: stamp_ns as u64 + 5,
-            publish_time: stamp_ns as u64 + 3,
-        };
+        let times = [5, 3].map(|later_ns| stamp_ns as u64 + later_ns);
         let joint = joint_state(
             stamp_ns,
             &["a", "bb"],
             &[value, -value],
             &[0.5, value * 0.25],
         );
-        writer
-            .write_to_known_channel(&header(joints), &joint)
-            .unwrap();
+        writer.message(joints, index as u32, times, &joint);
         let mut text = Cdr::new(false);
         text.text(&format!("message {index}"));
-        writer
-            .write_to_known_channel(&header(chatter), &text.bytes)
-            .unwrap();
+        writer.message(chatter, index as u32, times, &text.bytes);
     }
-    writer.finish().unwrap();
-    writer.into_inner().into_inner()
+    writer.finish()
 }
 
 /// A file that is deleted with the value.

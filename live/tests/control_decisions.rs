@@ -9,7 +9,7 @@ use tipwatch_live::safety_limits::{
 use tipwatch_live::wire::command::{HoldReason, Mode};
 use tipwatch_live::wire::session::{Progress, Session};
 use tipwatch_live::wire::topics::{
-    EVENT_BETWEEN, EVENT_ROW, Head, Kind, Wire, WireCommand, WireSample, WireVerdict,
+    EVENT_BETWEEN, EVENT_ROW, Kind, Wire, WireCommand, WireSample, WireVerdict,
 };
 use tipwatch_mechanics::verdict::{InputFault, InputFaults, Level};
 
@@ -380,11 +380,8 @@ fn faults_of_the_input_close_the_valves() {
         let mut wire = bench.sample(Kind::Imu);
         bench.seal(&mut wire);
         bench.sequence -= 1;
-        let head = Head {
-            source: SESSION ^ 1,
-            ..wire.head()
-        };
-        wire.seal(head);
+        wire.source = SESSION ^ 1;
+        wire.seal(wire.head());
         bench.take(&wire);
         bench.tick();
         assert_eq!(bench.has(HoldReason::Input), sent == PERSISTENT);

@@ -13,6 +13,7 @@ use tipwatch_mechanics::verdict::Level;
 
 use crate::support::World;
 use crate::support::feed::machine;
+use crate::support::seal;
 use crate::support::standing::{
     SESSION, START, follows, move_rods, seal_sample, standing, verdict,
 };
@@ -150,13 +151,7 @@ fn announcement(session: u64) -> WireSession {
         ..standing().session.clone()
     };
     let mut wire = WireSession::try_from(&session).unwrap();
-    wire.seal(Head {
-        sequence: 0,
-        source: session.id,
-        machine_hash: session.machine_hash,
-        time_ns: 0,
-        published_ns: START,
-    });
+    seal(&mut wire, &session, 0, START);
     wire
 }
 
@@ -240,11 +235,8 @@ fn the_session_after_a_dead_producer_begins_with_its_announcement() {
 fn a_session_of_another_machine_does_not_replace_one_that_runs() {
     let mut bench = Bench::following("foreign", false, 0.0);
     let mut foreign = announcement(NEXT);
-    let head = Head {
-        machine_hash: foreign.machine_hash ^ 1,
-        ..foreign.head()
-    };
-    foreign.seal(head);
+    foreign.machine_hash ^= 1;
+    foreign.seal(foreign.head());
     let hash = foreign.machine_hash;
     bench.sessions.send_raw(&foreign).unwrap();
     let mut sample = standing().sample(Kind::Imu, 0, bench.rods);

@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use tipwatch_live::wire::topics::{Head, Kind, Wire, WireSample, WireVerdict};
+use tipwatch_live::wire::topics::{Kind, Wire, WireSample, WireVerdict};
 use tipwatch_mechanics::verdict::{InputFault, Level};
 
 use crate::support::World;
@@ -29,11 +29,8 @@ fn sent(
     let mut verdicts = Vec::new();
     while feed.time.now_ns() - from_ns < (seconds * 1e9) as i64 {
         feed.wait();
-        let mut sample = feed.peek();
-        change(&mut sample, feed.time.now_ns() - from_ns);
-        sample.seal(sample.head());
-        feed.raw(&sample);
-        feed.next += 1;
+        let since_ns = feed.time.now_ns() - from_ns;
+        feed.inject_sealed(|sample| change(sample, since_ns));
         while let Some(verdict) = feed.verdicts.receive(|v| *v).unwrap() {
             verdicts.push(verdict);
         }
@@ -42,9 +39,8 @@ fn sent(
 }
 
 fn shift(sample: &mut WireSample, by_ns: i64) {
-    let head = sample.head();
-    let time_ns = head.time_ns + by_ns;
-    sample.seal(Head { time_ns, ..head });
+    sample.time_ns += by_ns;
+    sample.seal(sample.head());
 }
 
 /// When a level that is not safe was first given, and whether it stayed (s after `from_ns`).

@@ -7,7 +7,7 @@
 use std::time::Duration;
 
 use tipwatch_live::safety_limits::HEARTBEAT_NS;
-use tipwatch_live::wire::topics::{Head, Kind, Wire, WireSample, WireVerdict};
+use tipwatch_live::wire::topics::{Kind, Wire, WireSample, WireVerdict};
 use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::verdict::{Conditions, InputFault, Level};
 
@@ -55,15 +55,6 @@ impl Bench {
             .wait_for(limit, reports(fault))
             .unwrap_or_else(|| panic!("{} was not reported", fault.name()));
         assert_reported(fault, limit, verdict.published_ns - from_ns);
-    }
-
-    /// Sends one message in place of the next sample.
-    fn inject(&mut self, change: impl FnOnce(&mut WireSample)) {
-        self.feed.wait();
-        let mut sample = self.feed.peek();
-        change(&mut sample);
-        self.feed.raw(&sample);
-        self.feed.next += 1;
     }
 
     /// Asserts that this fault was not reported so far.
@@ -177,11 +168,8 @@ fn repeated_samples_are_a_fault() {
     let last = bench.feed.next - 1;
     for _ in 0..3 {
         let mut sample = bench.feed.peek();
-        let head = Head {
-            sequence: last as u64,
-            ..sample.head()
-        };
-        sample.seal(head);
+        sample.sequence = last as u64;
+        sample.seal(sample.head());
         bench.feed.raw(&sample);
     }
     bench.reported_within(InputFault::Disordered, Duration::from_millis(20), from_ns);
@@ -193,11 +181,9 @@ fn clock_set_back_is_a_fault() {
     let mut bench = Bench::new("back");
     let from_ns = bench.now_ns();
     for _ in 0..12 {
-        bench.inject(|sample| {
-            let head = sample.head();
-            let time_ns = head.time_ns - 200_000_000;
-            sample.seal(Head { time_ns, ..head });
-        });
+        bench
+            .feed
+            .inject_sealed(|sample| sample.time_ns -= 200_000_000);
     }
     // the third sample of a sensor
     bench.reported_within(InputFault::Disordered, Duration::from_millis(40), from_ns);
@@ -209,11 +195,9 @@ fn clock_jump_is_a_fault() {
     let mut bench = Bench::new("jump");
     let from_ns = bench.now_ns();
     for _ in 0..12 {
-        bench.inject(|sample| {
-            let head = sample.head();
-            let time_ns = head.time_ns + 3_600_000_000_000;
-            sample.seal(Head { time_ns, ..head });
-        });
+        bench
+            .feed
+            .inject_sealed(|sample| sample.time_ns += 3_600_000_000_000);
     }
     bench.reported_within(InputFault::ClockJump, Duration::from_millis(40), from_ns);
 }
@@ -224,14 +208,9 @@ fn message_from_the_future_is_a_fault() {
     let mut bench = Bench::new("future");
     let from_ns = bench.now_ns();
     for _ in 0..12 {
-        bench.inject(|sample| {
-            let head = sample.head();
-            let published_ns = head.published_ns + 1_000_000_000;
-            sample.seal(Head {
-                published_ns,
-                ..head
-            });
-        });
+        bench
+            .feed
+            .inject_sealed(|sample| sample.published_ns += 1_000_000_000);
     }
     bench.reported_within(InputFault::ClockJump, Duration::from_millis(40), from_ns);
 }
@@ -242,18 +221,12 @@ fn non_finite_values_are_a_fault() {
     for (test, value) in [("nan", f64::NAN), ("inf", f64::INFINITY)] {
         let mut bench = Bench::new(test);
         // one is left out
-        bench.inject(|sample| {
-            sample.values[0] = value;
-            sample.seal(sample.head());
-        });
+        bench.feed.inject_sealed(|sample| sample.values[0] = value);
         bench.feed.send(6);
         bench.is_quiet_about(InputFault::NotFinite);
         let from_ns = bench.now_ns();
         for _ in 0..12 {
-            bench.inject(|sample| {
-                sample.values[0] = value;
-                sample.seal(sample.head());
-            });
+            bench.feed.inject_sealed(|sample| sample.values[0] = value);
         }
         bench.reported_within(InputFault::NotFinite, Duration::from_millis(40), from_ns);
         bench.recovers();
@@ -274,10 +247,9 @@ fn implausible(kind: Kind, fault: InputFault, limit: Duration, change: Change) -
             continue;
         }
         count += 1;
-        bench.inject(|sample| {
-            change(sample, count, slew);
-            sample.seal(sample.head());
-        });
+        bench
+            .feed
+            .inject_sealed(|sample| change(sample, count, slew));
         if let Some(verdict) = bench.feed.find(reports_or_cautions(fault)) {
             assert_reported(fault, limit, verdict.published_ns - from_ns);
             return bench;
@@ -314,10 +286,7 @@ fn single_bad_sample_is_left_out() {
     while bench.feed.peek().kind != Kind::Imu as u32 {
         bench.feed.send(1);
     }
-    bench.inject(|sample| {
-        sample.values[2] = 1e9;
-        sample.seal(sample.head());
-    });
+    bench.feed.inject_sealed(|sample| sample.values[2] = 1e9);
     bench.feed.send(12);
     let is_quiet = |v: &WireVerdict| v.conditions() == Conditions::default();
     let is_fault = |v: &WireVerdict| v.verdict().level >= Level::Notice || !is_quiet(v);
@@ -405,7 +374,7 @@ fn torn_and_empty_messages_are_a_fault() {
         let mut bench = Bench::new(test);
         let from_ns = bench.now_ns();
         for _ in 0..3 {
-            bench.inject(|sample| match test {
+            bench.feed.inject(|sample| match test {
                 "torn" => sample.values[3] += 1e-9,
                 "zero" => *sample = WireSample::blank(),
                 "kind" => {
@@ -429,23 +398,12 @@ fn foreign_source_or_machine_is_a_fault() {
     let mut bench = Bench::new("source");
     let from_ns = bench.now_ns();
     for _ in 0..3 {
-        bench.inject(|sample| {
-            let head = sample.head();
-            let source = head.source ^ 1;
-            sample.seal(Head { source, ..head });
-        });
+        bench.feed.inject_sealed(|sample| sample.source ^= 1);
     }
     bench.reported_within(InputFault::WrongSource, Duration::from_millis(20), from_ns);
     bench.recovers();
     let from_ns = bench.now_ns();
-    bench.inject(|sample| {
-        let head = sample.head();
-        let machine_hash = head.machine_hash ^ 1;
-        sample.seal(Head {
-            machine_hash,
-            ..head
-        });
-    });
+    bench.feed.inject_sealed(|sample| sample.machine_hash ^= 1);
     bench.reported_within(InputFault::WrongMachine, Duration::from_millis(20), from_ns);
 }
 

@@ -8,10 +8,11 @@ use tipwatch_binding::{MachineFile, Urdf};
 use tipwatch_live::monitor::Monitor;
 use tipwatch_live::replay::LogSamples;
 use tipwatch_live::wire::session::{Session, StampClock, machine_hash};
-use tipwatch_live::wire::topics::{EVENT_ROW, Head, Wire, WireSample, WireVerdict};
+use tipwatch_live::wire::topics::{EVENT_ROW, WireSample, WireVerdict};
 use tipwatch_mechanics::verdict::Level;
 
 use crate::support::feed::{machine, samples};
+use crate::support::seal;
 
 /// Logs of the test data whose sensors are as their machine file says: arms that swing and lift wheels, drives over bumps,
 /// through corners and onto the brakes.
@@ -81,13 +82,7 @@ impl Good {
         for (sequence, sample) in (0..).zip(samples) {
             let now_ns = START_NS + sample.log_time_ns - first_ns;
             let mut sample = *sample;
-            sample.seal(Head {
-                sequence,
-                source: SESSION,
-                machine_hash: session.machine_hash,
-                time_ns: sample.time_ns,
-                published_ns: now_ns,
-            });
+            seal(&mut sample, &session, sequence, now_ns);
             let mut publish = |verdict: &mut WireVerdict| {
                 tally.take(verdict);
                 now_ns

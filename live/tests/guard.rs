@@ -17,6 +17,7 @@ use tipwatch_mechanics::state::{SampleError, Sensor, Sensors};
 use tipwatch_mechanics::verdict::{Conditions, InputFault};
 
 use crate::support::feed::{machine, samples};
+use crate::support::seal;
 
 const MS: i64 = 1_000_000;
 /// When the session began (ns).
@@ -84,13 +85,8 @@ impl Bench {
         let world = world();
         let mut samples = world.samples.iter();
         let mut wire = *samples.find(|sample| sample.kind == kind as u32).unwrap();
-        wire.seal(Head {
-            sequence: self.sequence,
-            source: world.session.id,
-            machine_hash: world.session.machine_hash,
-            time_ns: world.session.clock.stamp_ns + published_ns - delay_ns - START,
-            published_ns,
-        });
+        wire.time_ns = world.session.clock.stamp_ns + published_ns - delay_ns - START;
+        seal(&mut wire, &world.session, self.sequence, published_ns);
         self.sequence += 1;
         wire
     }
@@ -188,14 +184,8 @@ fn refused_messages_are_a_fault_from_the_third_in_succession() {
     let changes: [(InputFault, Change); 2] = [
         (InputFault::Torn, |wire| wire.values[0] += 1.0),
         (InputFault::WrongSource, |wire| {
-            let head = Head {
-                sequence: wire.sequence,
-                source: 8,
-                machine_hash: wire.machine_hash,
-                time_ns: wire.time_ns,
-                published_ns: wire.published_ns,
-            };
-            wire.seal(head);
+            wire.source = 8;
+            wire.seal(wire.head());
         }),
     ];
     for (fault, change) in changes {
@@ -244,13 +234,8 @@ fn repeated_messages_are_a_fault_from_the_third_in_succession() {
 fn one_message_of_another_machine_is_a_fault() {
     let mut bench = Bench::new();
     let mut wire = bench.sample(Kind::Imu, START, 0);
-    wire.seal(Head {
-        sequence: 0,
-        source: wire.source,
-        machine_hash: wire.machine_hash ^ 1,
-        time_ns: wire.time_ns,
-        published_ns: START,
-    });
+    wire.machine_hash ^= 1;
+    wire.seal(wire.head());
     assert!(!bench.takes(&wire, START));
     assert!(bench.is_fault(InputFault::WrongMachine, START));
 }
@@ -348,13 +333,8 @@ fn stamps_that_are_not_set_or_do_not_fit_a_log_are_refused() {
     ] {
         let mut bench = Bench::with(|session| session.pace = 0.0);
         let mut wire = bench.sample(Kind::Imu, START, 0);
-        wire.seal(Head {
-            sequence: 0,
-            source: wire.source,
-            machine_hash: wire.machine_hash,
-            time_ns,
-            published_ns: START,
-        });
+        wire.time_ns = time_ns;
+        wire.seal(wire.head());
         assert_eq!(bench.takes(&wire, START), is_taken, "{time_ns}");
     }
 }
@@ -558,14 +538,7 @@ fn samples_of_another_length_are_torn() {
     let mut bench = Bench::new();
     let mut wire = bench.sample(Kind::Imu, START, 0);
     wire.value_count -= 1;
-    let head = Head {
-        sequence: wire.sequence,
-        source: wire.source,
-        machine_hash: wire.machine_hash,
-        time_ns: wire.time_ns,
-        published_ns: wire.published_ns,
-    };
-    wire.seal(head);
+    wire.seal(wire.head());
     assert!(!bench.takes(&wire, START));
     assert!(bench.is_fault(InputFault::Torn, START));
 }
@@ -574,14 +547,7 @@ fn samples_of_another_length_are_torn() {
 fn a_session_ends_with_its_last_message() {
     let mut bench = Bench::new();
     let mut wire = WireSample::end();
-    let session = &world().session;
-    wire.seal(Head {
-        sequence: 0,
-        source: session.id,
-        machine_hash: session.machine_hash,
-        time_ns: 0,
-        published_ns: START,
-    });
+    seal(&mut wire, &world().session, 0, START);
     assert!(matches!(bench.guard.admit(&wire, START), Ok(Admitted::End)));
     bench.guard.note(InputFault::VerdictLate);
     assert!(bench.is_fault(InputFault::VerdictLate, START));

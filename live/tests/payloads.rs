@@ -8,13 +8,11 @@ use tipwatch_live::replay::LogSamples;
 use tipwatch_live::wire::opening::{Untimed, open_session};
 use tipwatch_live::wire::refusal::{Refusal, SessionRefused};
 use tipwatch_live::wire::session::{Session, StampClock};
-use tipwatch_live::wire::topics::{
-    EVENT_ROW, Head, Kind, Wire, WireSample, WireSession, WireVerdict,
-};
+use tipwatch_live::wire::topics::{EVENT_ROW, Kind, WireSample, WireSession, WireVerdict};
 use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::verdict::Level;
 
-use crate::support::data;
+use crate::support::{data, seal};
 
 const START_NS: i64 = 1_000_000_000_000;
 /// The centre of mass in the simulation of `lift_payload`, whose payload has 320 kg.
@@ -94,13 +92,7 @@ fn rows(
             };
             wire = changed;
         }
-        wire.seal(Head {
-            sequence,
-            source: session.id,
-            machine_hash: session.machine_hash,
-            time_ns: wire.time_ns,
-            published_ns: now_ns,
-        });
+        seal(&mut wire, &session, sequence, now_ns);
         sequence += 1;
         let mut publish = |verdict: &mut WireVerdict| {
             if verdict.event == EVENT_ROW {

@@ -38,6 +38,7 @@ use support::feed::{machine, samples};
 use support::obeying::Obeying;
 use support::prioritise::prioritise;
 use support::producing::Producing;
+use support::seal;
 
 thread_local! {
     static IS_COUNTED: Cell<bool> = const { Cell::new(false) };
@@ -183,13 +184,7 @@ fn sealed(name: &str) -> (Session, Vec<WireSample>) {
     let session = recording.session;
     for (sequence, sample) in samples.iter_mut().enumerate() {
         let published_ns = sample.log_time_ns;
-        sample.seal(Head {
-            sequence: sequence as u64,
-            source: session.id,
-            machine_hash: session.machine_hash,
-            time_ns: sample.time_ns,
-            published_ns,
-        });
+        seal(sample, &session, sequence as u64, published_ns);
     }
     (session, samples)
 }

@@ -13,7 +13,7 @@ use tipwatch_live::alarm::{AlarmFile, DoubtedSignal, Kept};
 use tipwatch_live::node::Sender;
 use tipwatch_live::system::clock::monotonic_ns;
 use tipwatch_live::wire::session::machine_hash;
-use tipwatch_live::wire::topics::{EVENT_ROW, Head, Wire, WireAcknowledge, WireVerdict};
+use tipwatch_live::wire::topics::{EVENT_ROW, WireAcknowledge, WireVerdict};
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::machine::Proofs;
 use tipwatch_mechanics::verdict::{InputFault, Latch, Level};
@@ -125,40 +125,15 @@ fn faulty_session(world: &World, folder: &Path) -> Vec<WireVerdict> {
             200..=202 => feed.next += 3,
             320 => feed.next += 25,
             // not finite
-            440..=452 => {
-                feed.wait();
-                let mut sample = feed.peek();
-                sample.values[0] = f64::NAN;
-                sample.seal(sample.head());
-                feed.raw(&sample);
-                feed.next += 1;
-            }
+            440..=452 => feed.inject_sealed(|sample| sample.values[0] = f64::NAN),
             // the clock goes back
-            560..=568 => {
-                feed.wait();
-                let mut sample = feed.peek();
-                let head = sample.head();
-                let time_ns = head.time_ns - 100_000_000;
-                sample.seal(Head { time_ns, ..head });
-                feed.raw(&sample);
-                feed.next += 1;
-            }
+            560..=568 => feed.inject_sealed(|sample| sample.time_ns -= 100_000_000),
             // torn
-            640..=645 => {
-                feed.wait();
-                let mut sample = feed.peek();
-                sample.values[100] = 1.0;
-                feed.raw(&sample);
-                feed.next += 1;
-            }
+            640..=645 => feed.inject(|sample| sample.values[100] = 1.0),
             // a joint that jumps, a force that no machine feels
             700..=716 => {
-                feed.wait();
-                let mut sample = feed.peek();
-                sample.values[0] += 30.0 * (feed.next - 699) as f64;
-                sample.seal(sample.head());
-                feed.raw(&sample);
-                feed.next += 1;
+                let jump = 30.0 * (feed.next - 699) as f64;
+                feed.inject_sealed(|sample| sample.values[0] += jump);
             }
             // silence: longer than the estimator bridges
             760 => feed.next += 90,

@@ -2,11 +2,11 @@
 
 use tipwatch_live::monitor::Monitor;
 use tipwatch_live::wire::session::Session;
-use tipwatch_live::wire::session::machine_hash;
-use tipwatch_live::wire::topics::{EVENT_ROW, Head, Wire, WireVerdict};
+use tipwatch_live::wire::topics::{EVENT_ROW, WireVerdict};
 use tipwatch_mechanics::verdict::Level;
 
 use crate::support::feed::{machine, samples};
+use crate::support::seal;
 
 /// Verdicts on the rows of `tiny_lift` by a monitor that starts this many seconds into the log.
 fn verdicts_from(start_s: f64) -> Vec<WireVerdict> {
@@ -26,13 +26,7 @@ fn verdicts_from(start_s: f64) -> Vec<WireVerdict> {
         .filter(|sample| sample.time_ns >= start_ns);
     for (sequence, mut sample) in later.enumerate() {
         let now_ns = sample.time_ns + 1_000_000;
-        sample.seal(Head {
-            sequence: sequence as u64,
-            source: 7,
-            machine_hash: machine_hash(&file, &urdf),
-            time_ns: sample.time_ns,
-            published_ns: now_ns,
-        });
+        seal(&mut sample, &session, sequence as u64, now_ns);
         monitor.take(&sample, now_ns, &mut |verdict| {
             if verdict.event == EVENT_ROW {
                 rows.push(*verdict);

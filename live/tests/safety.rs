@@ -214,11 +214,9 @@ impl Bench {
             }
             Act::OtherMachine => {
                 let (mut sample, head) = self.sample();
-                let machine_hash = head.machine_hash ^ 1;
-                sample.seal(Head {
-                    machine_hash,
-                    ..head
-                });
+                sample.seal(head);
+                sample.machine_hash ^= 1;
+                sample.seal(sample.head());
                 self.give(&sample);
             }
             Act::Silence(ms) => {

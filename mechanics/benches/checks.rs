@@ -29,12 +29,7 @@ fn main() {
         }],
         imu: true,
         odometry: true,
-        tool_wrench: false,
-        actuators: Vec::new(),
-        switches: 0,
-        loads: 0,
-        commands: 0,
-        payload_signals: Vec::new(),
+        ..Sensors::default()
     };
     let mut checks = Plausibility::new(&machine, &sensors);
     let mut noise = Noise(7);
@@ -53,11 +48,7 @@ fn main() {
         ];
         for (took, (sensor, values)) in took.iter_mut().zip(&all) {
             let stamp_ns = i64::from(step) * (1_000_000_000 / i64::from(RATE));
-            let sample = Sample {
-                sensor: *sensor,
-                stamp_ns,
-                values,
-            };
+            let sample = Sample::new(*sensor, stamp_ns, values);
             let start = Instant::now();
             let judged = black_box(checks.step(black_box(&sample)));
             *took += start.elapsed();

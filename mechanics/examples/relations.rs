@@ -34,12 +34,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             joints: vec![JointStream { joints }],
             imu: true,
             odometry: true,
-            tool_wrench: false,
-            actuators: Vec::new(),
-            switches: 0,
-            loads: 0,
-            commands: 0,
-            payload_signals: Vec::new(),
+            ..Sensors::default()
         };
         let mut checks = Plausibility::new(&machine, &sensors);
         let mut largest: BTreeMap<String, (f64, Option<f64>)> = BTreeMap::new();
@@ -53,11 +48,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             };
             let values: Vec<f64> = (0..length).filter_map(|_| next()).collect();
             let stamp_ns = stamp as i64;
-            let sample = Sample {
-                sensor,
-                stamp_ns,
-                values: &values,
-            };
+            let sample = Sample::new(sensor, stamp_ns, &values);
             // A stamp that is not later is not used.
             let _ = checks.step(&sample);
             if stamp_ns - looked_ns < 250_000_000 {

@@ -213,11 +213,8 @@ impl Case {
         order.sort_unstable();
         for (stamp_ns, which, k) in order {
             let recording = &recordings[which];
-            let sample = Sample {
-                sensor: recording.sensor,
-                stamp_ns,
-                values: &recording.values[k * recording.width..(k + 1) * recording.width],
-            };
+            let values = &recording.values[k * recording.width..(k + 1) * recording.width];
+            let sample = Sample::new(recording.sensor, stamp_ns, values);
             causal.push(&machine, &sample, &mut |_| ()).unwrap();
         }
         let last = causal.last();

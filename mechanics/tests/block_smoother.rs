@@ -207,11 +207,7 @@ fn faults_one_by_one(
     for (stamp_ns, which, k) in order {
         let Recording { sensor, values, .. } = &recordings[which];
         let width = sensors.value_count(*sensor).unwrap();
-        let sample = Sample {
-            sensor: *sensor,
-            stamp_ns,
-            values: &values[k * width..(k + 1) * width],
-        };
+        let sample = Sample::new(*sensor, stamp_ns, &values[k * width..(k + 1) * width]);
         if checks.step(&sample).is_ok() {
             spans.take(*sensor, stamp_ns, checks.findings());
         }

@@ -88,11 +88,7 @@ fn reasons(machine: &Machine, scene: &Scene) -> [Vec<Reasons>; 2] {
         for (sensor, values) in scene.streams() {
             let width = values.len() / scene.stamps_ns.len();
             let values = &values[k * width..(k + 1) * width];
-            let sample = Sample {
-                sensor,
-                stamp_ns,
-                values,
-            };
+            let sample = Sample::new(sensor, stamp_ns, values);
             let _ = causal.push(machine, &sample, &mut |row| rows.push(row.reasons));
             let findings = causal.findings();
             lost += findings

@@ -441,12 +441,9 @@ impl Told {
 
     /// Takes a value of these sensors at a time (s).
     fn take(&mut self, at_s: f64, sensors: &[Sensor], value: f64) {
+        let values = &[value];
         for &sensor in sensors {
-            let sample = Sample {
-                sensor,
-                stamp_ns: (at_s * 1e9) as i64,
-                values: &[value],
-            };
+            let sample = Sample::new(sensor, (at_s * 1e9) as i64, values);
             let _ = self.watch.take(&self.machine, &sample);
         }
     }

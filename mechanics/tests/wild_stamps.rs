@@ -34,11 +34,7 @@ fn regular_rate_terminates_for_any_stamps() {
             let mut causal = CausalEstimator::new(&machine, sensors, clock);
             let mut rows = 0;
             for &stamp_ns in &stamps {
-                let sample = Sample {
-                    sensor: Sensor::Joints(0),
-                    stamp_ns,
-                    values: &values,
-                };
+                let sample = Sample::new(Sensor::Joints(0), stamp_ns, &values);
                 let _ = causal.push(&machine, &sample, &mut |_| rows += 1);
             }
             assert!((1..=300).contains(&rows), "{rows}");

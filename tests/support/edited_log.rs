@@ -61,8 +61,12 @@ pub struct Values<'m> {
     /// Byte offset of each number by name: `position.slew`, `velocity.slew`, `effort.slew`, `force.x`, `turning.x`,
     /// `turning.covariance`, `attitude.w`, `velocity.x`.
     places: BTreeMap<String, usize>,
+    /// Topic of the message.
+    pub topic: &'m str,
     /// Stamp of the message (ns).
     pub stamp_ns: i64,
+    /// The same since that of the first sensor message of the log (s).
+    pub time_s: f64,
 }
 
 impl Values<'_> {
@@ -87,12 +91,38 @@ impl Values<'_> {
     pub fn set(&mut self, name: &str, value: f64) {
         self.cdr.set(self.places[name], value);
     }
+
+    /// Multiplies a number.
+    ///
+    /// # Panics
+    /// If the message has no such number.
+    pub fn scale(&mut self, name: &str, factor: f64) {
+        self.set(name, self.get(name) * factor);
+    }
+
+    /// Adds to a number.
+    ///
+    /// # Panics
+    /// If the message has no such number.
+    pub fn shift(&mut self, name: &str, by: f64) {
+        self.set(name, self.get(name) + by);
+    }
+
+    /// Exchanges two numbers.
+    ///
+    /// # Panics
+    /// If the message has not both.
+    pub fn exchange(&mut self, a: &str, b: &str) {
+        let (of_a, of_b) = (self.get(a), self.get(b));
+        self.set(a, of_b);
+        self.set(b, of_a);
+    }
 }
 
-fn values<'m>(type_name: &str, bytes: &'m mut [u8]) -> Option<Values<'m>> {
+fn values<'m>(topic: &'m Topic, bytes: &'m mut [u8]) -> Option<Values<'m>> {
     let mut cdr = Cdr::new(bytes);
     let mut places = BTreeMap::new();
-    let stamp_ns = match type_name {
+    let stamp_ns = match topic.type_name.as_str() {
         "sensor_msgs/msg/JointState" => {
             let stamp_ns = cdr.header();
             let names: Vec<String> = (0..cdr.count()).map(|_| cdr.text()).collect();
@@ -139,7 +169,9 @@ fn values<'m>(type_name: &str, bytes: &'m mut [u8]) -> Option<Values<'m>> {
     Some(Values {
         cdr,
         places,
+        topic: &topic.name,
         stamp_ns,
+        time_s: 0.0,
     })
 }
 
@@ -201,13 +233,16 @@ fn write_changed(
         })
         .collect();
     let ids: Vec<TopicId> = channels.keys().copied().collect();
+    let mut start_ns = None;
     log.read(&ids, &mut |message| {
         let topic = &log.topics()[message.topic.index()];
         if !keep(&topic.name, message.log_time_ns) {
             return ControlFlow::Continue(());
         }
         let mut data = message.data.to_vec();
-        if let Some(mut values) = values(&topic.type_name, &mut data) {
+        if let Some(mut values) = values(topic, &mut data) {
+            let start_ns = *start_ns.get_or_insert(values.stamp_ns);
+            values.time_s = (values.stamp_ns - start_ns) as f64 * 1e-9;
             edit(&topic.name, &mut values);
         }
         let header = MessageHeader {

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 
 use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::analysis::run::analyse;
-use tipwatch_analyze::base::options::Options;
+use tipwatch_analyze::base::options::{Estimator, Options};
 use tipwatch_analyze::tables::parquet;
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::Quantity;
@@ -52,6 +52,15 @@ pub fn beside(name: &str) -> PathBuf {
 #[must_use]
 pub fn analysed(log: &Path, options: Options) -> Analysis {
     analysed_with(log, &log.with_extension("toml"), options)
+}
+
+/// Options of an analysis by this estimator.
+#[must_use]
+pub fn by(estimator: Estimator) -> Options {
+    Options {
+        estimator,
+        ..Options::default()
+    }
 }
 
 /// Analyses a log with a machine file.

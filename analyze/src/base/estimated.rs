@@ -1,7 +1,7 @@
 //! The estimated rows of a log: their times, and their states wherever these come from.
 
 use std::collections::BTreeMap;
-use std::fmt::Debug;
+use std::fmt::{self, Debug};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -10,8 +10,7 @@ use tipwatch_mechanics::State;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::{Reason, Reasons};
 
-use super::changed_states::ChangedStates;
-use super::state_source::StateSource;
+use super::state_source::{EstimatedStates, StateSource};
 
 /// The rows of a log before their outcomes are computed.
 #[derive(Debug)]
@@ -198,4 +197,55 @@ impl EstimatedRows {
 fn cut<T>(column: &mut Vec<T>, rows: &Range<usize>) {
     column.truncate(rows.end);
     column.drain(..rows.start);
+}
+
+/// Changes the state of a row.
+type Change = dyn Fn(usize, &mut State<f64>) + Send + Sync;
+
+/// The states of another source, of which some are changed.
+struct ChangedStates {
+    source: Arc<dyn StateSource>,
+    /// The rows that are, in order.
+    rows: Vec<Range<usize>>,
+    change: Arc<Change>,
+    /// A state of the machine.
+    blank: State<f64>,
+}
+
+impl Debug for ChangedStates {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut of = formatter.debug_struct("ChangedStates");
+        of.field("source", &self.source).field("rows", &self.rows);
+        of.finish_non_exhaustive()
+    }
+}
+
+impl StateSource for ChangedStates {
+    fn rows_at_once(&self) -> usize {
+        self.source.rows_at_once()
+    }
+
+    fn read(&self, rows: Range<usize>) -> EstimatedStates {
+        let mut read = self.source.read(rows.clone());
+        let mut state = self.blank.clone();
+        for changed in &self.rows {
+            for row in changed.start.max(rows.start)..changed.end.min(rows.end) {
+                read.states.get(row - rows.start, &mut state);
+                (self.change)(row, &mut state);
+                read.states.set(row - rows.start, &mut state);
+            }
+        }
+        read
+    }
+
+    fn state(&self, row: usize, state: &mut State<f64>) {
+        self.source.state(row, state);
+        if self.rows.iter().any(|rows| rows.contains(&row)) {
+            (self.change)(row, state);
+        }
+    }
+
+    fn failure(&self) -> Option<String> {
+        self.source.failure()
+    }
 }

@@ -1,6 +1,5 @@
 //! What every other folder uses: options, rows and their table, provenance, files, errors, numbers, terminal output.
 
-pub(crate) mod changed_states;
 pub mod clip;
 pub mod error_text;
 pub mod estimated;

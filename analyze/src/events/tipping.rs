@@ -240,8 +240,7 @@ pub(crate) fn may_be_fall(turning: &Turning, table: &Table) -> bool {
 /// The computed load off its edge in the last rows, as a share of the weight.
 fn share_off(turning: &Turning, table: &Table) -> Option<f64> {
     let machine = table.machine_at(table.at(turning.at_ns))?;
-    let mut edges = machine.polygon().edges().iter();
-    let edge = edges.position(|it| it.name.to_lowercase() == turning.edge)?;
+    let edge = machine.edge_named(&turning.edge)?;
     let mut workspace = Workspace::with_scope(machine, Scope::LOADS);
     let mut state = State::zero(machine);
     let times = &table.times_ns;

@@ -76,11 +76,11 @@ impl LoadedLog {
         let recordings: Vec<&Recording> = signals.iter().map(|s| &s.recording).collect();
         for_each_arrival(&recordings, |signal, sample, values| {
             let signal = signals[signal];
-            visit(&Sample {
-                sensor: signal.sensor,
-                stamp_ns: signal.recording.stamps_ns[sample],
+            visit(&Sample::new(
+                signal.sensor,
+                signal.recording.stamps_ns[sample],
                 values,
-            });
+            ));
         })?;
         self.check_read()
     }

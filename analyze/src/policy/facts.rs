@@ -151,14 +151,9 @@ record! {
 
 /// The wheels that an edge does not carry, in lower case.
 fn wheels_off(machine: &Machine, edge: &str) -> Vec<String> {
-    let mut edges = machine.polygon().edges().iter();
-    let Some(edge) = edges.find(|of| of.name.eq_ignore_ascii_case(edge)) else {
-        return Vec::new();
-    };
-    let wheels = machine.wheels().iter().zip(&edge.carries);
-    wheels
-        .filter(|(_, is_carried)| !**is_carried)
-        .map(|(wheel, _)| wheel.name.to_lowercase())
+    let edge = machine.edge_named(edge).into_iter();
+    edge.flat_map(|edge| machine.polygon().edges()[edge].off())
+        .map(|wheel| machine.wheels()[wheel].name.to_lowercase())
         .collect()
 }
 

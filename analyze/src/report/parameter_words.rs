@@ -13,9 +13,11 @@ pub(super) fn in_words(parameter: Parameter, machine: &Machine) -> String {
     let wheel = || {
         let key = name.trim_start_matches("wheel_");
         let key = key.split('.').next().unwrap_or_default();
-        let mut wheels = machine.wheels().iter().map(|wheel| &wheel.name);
-        let found = wheels.find(|name| name.to_lowercase() == key);
-        found.map_or_else(|| key.to_uppercase(), Clone::clone)
+        let found = machine.wheel_named(key);
+        found.map_or_else(
+            || key.to_uppercase(),
+            |wheel| machine.wheels()[wheel].name.clone(),
+        )
     };
     match parameter {
         Parameter::JointPosition(j) => say!("position of {}", joint(j)),

@@ -167,8 +167,10 @@ fn chance(change: &SimulatedChange) -> String {
 
 /// The wheel or other support of this name in lower case.
 fn named<'a>(analysis: &'a Analysis, wheel: &str) -> Option<&'a Wheel> {
-    let mut wheels = analysis.machine.wheels().iter();
-    wheels.find(|spec| spec.name.to_lowercase() == wheel)
+    let machine = &analysis.machine;
+    machine
+        .wheel_named(wheel)
+        .map(|wheel| &machine.wheels()[wheel])
 }
 
 /// The word for it.

@@ -15,7 +15,6 @@ mod data_set;
 mod failure;
 mod fleet_file;
 mod gather;
-mod identity;
 mod inputs;
 mod merge;
 mod one_log;

@@ -7,13 +7,13 @@ use std::path::Path;
 use std::sync::{Arc, Mutex};
 
 use anyhow::{Context, Result};
-use tipwatch_binding::MachineFile;
+use tipwatch_binding::{MachineFile, sha256};
 use tipwatch_ingest::Log;
+use tipwatch_storage::Location;
 
 use super::attempts::{Attempt, Attempts};
 use super::failure::FailureKind;
 use super::fleet_file::Fleet;
-use super::identity::{Identity, identify};
 use super::place::Place;
 use super::record::{
     MachineName, Outcome, RECORD_SCHEMA, REPORT_PAGE, REPORTS, Record, path_key, report_folder,
@@ -24,7 +24,7 @@ use super::version::{SOURCES, analysis_version, machine_sha256, named_files, urd
 use crate::analysis::Analysis;
 use crate::analysis::run::{Prepared, analyse_opened};
 use crate::base::error_text::{error_text, without_path};
-use crate::base::file_hash::FileHash;
+use crate::base::file_hash::{FileHash, hash_file, hash_log};
 use crate::base::lock::lock;
 use crate::base::options::Options;
 use crate::policy::facts::{LogFacts, event_facts};
@@ -326,4 +326,46 @@ fn panic_message(panic: &(dyn Any + Send)) -> &str {
     let text = panic.downcast_ref::<&str>().copied();
     text.or_else(|| panic.downcast_ref::<String>().map(String::as_str))
         .unwrap_or("no message")
+}
+
+/// Hashes of a log.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Identity {
+    /// SHA-256 of its file, or of the hashes of its files in order. In a bucket, where only parts are read, of the
+    /// lengths and versions (ETag) of its files, with their names where a version says nothing of the bytes.
+    id: String,
+    /// SHA-256 of each file, or its length and version in a bucket, with its name where that is needed.
+    files: Vec<String>,
+    /// Total length of its files (bytes).
+    bytes: u64,
+}
+
+/// Hashes all files of a log. One in a bucket or in several files had to be opened for it, and is returned too: what was
+/// transferred need not be fetched again.
+fn identify(path: &Path) -> Result<(Identity, Option<Log>)> {
+    let is_remote = Location::is_remote_path(path);
+    let log = match path.is_dir() || is_remote {
+        true => Some(Log::open(path)?),
+        false => None,
+    };
+    let hashes = match &log {
+        Some(log) => hash_log(log)?,
+        None => vec![hash_file(path)?],
+    };
+    let files: Vec<String> = hashes.iter().map(FileHash::identity).collect();
+    let id = match (files.as_slice(), path.is_dir()) {
+        ([file], false) if !is_remote => file.clone(),
+        (files, _) => {
+            // the metadata of a rosbag2 folder is part of the log
+            let metadata =
+                hash_file(&path.join("metadata.yaml")).map_or(String::new(), |h| h.identity());
+            sha256(format!("{}\n{metadata}", files.join("\n")).as_bytes())
+        }
+    };
+    let identity = Identity {
+        id,
+        files,
+        bytes: hashes.iter().map(|hash| hash.bytes).sum(),
+    };
+    Ok((identity, log))
 }

@@ -1,8 +1,10 @@
 //! Fixtures, the program under test, and what it printed.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use serde_json::Value;
 use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::analysis::run::analyse;
 use tipwatch_analyze::base::options::Options;
@@ -31,6 +33,21 @@ pub(crate) fn command(args: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_tipwatch"));
     command.args(args);
     command
+}
+
+/// Arguments: a command, a log or folder, its machine, and where the results go.
+pub(crate) fn into<'a>(
+    command: &'a str,
+    log: &'a Path,
+    machine: &'a Path,
+    out: &'a Path,
+) -> [&'a str; 6] {
+    let [log, machine, out] = [log, machine, out].map(text);
+    [command, log, "--machine", machine, "--out", out]
+}
+
+pub(crate) fn json(path: &Path) -> Value {
+    serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
 }
 
 /// Runs the program.
@@ -86,12 +103,12 @@ pub(crate) fn copy_log(
     later: &[f64],
     edit: &mut dyn FnMut(&mut Copied<'_>) -> bool,
 ) {
-    let bytes = std::fs::read(from).unwrap();
+    let bytes = fs::read(from).unwrap();
     let messages = mcap::MessageStream::new(&bytes)
         .unwrap()
         .map(Result::unwrap);
     let messages: Vec<mcap::Message<'_>> = messages.collect();
-    let mut writer = mcap::Writer::new(std::fs::File::create(to).unwrap()).unwrap();
+    let mut writer = mcap::Writer::new(fs::File::create(to).unwrap()).unwrap();
     let mut channels = std::collections::BTreeMap::new();
     for message in &messages {
         let channel = &message.channel;

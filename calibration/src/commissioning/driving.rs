@@ -21,8 +21,6 @@ use tipwatch_mechanics::machine::Machine;
 
 /// Change of heading from which slope and mounting are told apart (rad): three quarters of a circle.
 const CIRCLE: f64 = 4.7;
-/// Largest slope on which a machine is commissioned (rad).
-const STEEP: f64 = 0.2;
 /// Least standard deviation of a forward acceleration (m/s^2), a yaw rate (rad/s) and a tilt (rad) that show something.
 const ACCELERATES: f64 = 0.08;
 const TURNS: f64 = 0.05;
@@ -55,23 +53,12 @@ pub(super) fn at_rest(
     // Bins alike in their neighbourhood count as a tenth.
     let sigma = scatter / (count / 10.0).max(1.0).sqrt();
     let angle = mean.cross(normal).norm().atan2(mean.dot(normal));
+    let gravity = [mean.norm(), sigma].map(|force| force / machine.gravity());
+    let gravity = [gravity[0], gravity[1] + 0.001];
+    let up = [angle, sigma / mean.norm().max(1e-3) + 0.001];
     vec![
-        Estimate {
-            relation: Relation::Gravity,
-            value: mean.norm() / machine.gravity(),
-            sigma: sigma / machine.gravity() + 0.001,
-            expected: 1.0,
-            tolerance: 0.03,
-            wrong: 0.08,
-        },
-        Estimate {
-            relation: Relation::Up,
-            value: angle,
-            sigma: sigma / mean.norm().max(1e-3) + 0.001,
-            expected: 0.0,
-            tolerance: STEEP,
-            wrong: 0.45,
-        },
+        Estimate::of(Relation::Gravity, gravity),
+        Estimate::of(Relation::Up, up),
     ]
 }
 
@@ -122,15 +109,8 @@ pub(super) fn driving(
         return Vec::new();
     };
     let element = |row: usize, column: usize| {
-        let at = 2 * row + column;
-        Estimate {
-            relation: Relation::Drive(row, column),
-            value: solution.values[at],
-            sigma: solution.sigmas[at],
-            expected: if row == column { 1.0 } else { 0.0 },
-            tolerance: 0.2,
-            wrong: 0.4,
-        }
+        let element = solution.of(2 * row + column);
+        Estimate::of(Relation::Drive(row, column), element)
     };
     let matrix = [element(0, 0), element(0, 1), element(1, 0), element(1, 1)];
     let mut found = matrix.to_vec();
@@ -140,14 +120,9 @@ pub(super) fn driving(
             // About x the IMU sees gravity in y; about y in minus x.
             let (at, sign) = [(5, 1.0), (4, -1.0)][axis];
             let lean = [normal.y, -normal.x][axis];
-            Estimate {
-                relation: Relation::Mount(axis),
-                value: sign * solution.values[at] / machine.gravity() - lean,
-                sigma: solution.sigmas[at] / machine.gravity(),
-                expected: 0.0,
-                tolerance: 0.035,
-                wrong: 0.06,
-            }
+            let [value, sigma] = solution.of(at);
+            let (tilt, sigma) = (sign * value / machine.gravity(), sigma / machine.gravity());
+            Estimate::of(Relation::Mount(axis), [tilt - lean, sigma])
         };
         found.extend([tilt(0), tilt(1)]);
     }
@@ -180,31 +155,20 @@ fn direction(matrix: &[Estimate; 4]) -> Option<Estimate> {
         (Some(only), None) | (None, Some(only)) => only,
         (None, None) => return None,
     };
-    Some(Estimate {
-        relation: Relation::DriveDirection,
-        value,
-        sigma,
-        expected: 0.0,
-        tolerance: 0.07,
-        wrong: 0.14,
-    })
+    Some(Estimate::of(Relation::DriveDirection, [value, sigma]))
 }
 
 /// Angular velocity per yaw rate by each other sensor of it.
 pub(super) fn turning(view: &View, travel: &Travel, skids: bool) -> Vec<Estimate> {
     let by_attitude = |k: usize| view.attitude_turning[k].z;
     type Rate<'a> = &'a dyn Fn(usize) -> f64;
-    let sources: [(Yaw, Rate<'_>, [f64; 2]); 3] = [
-        (Yaw::Odometry, &|k| view.odometry_turning[k].z, [0.1, 0.3]),
-        (
-            Yaw::Wheels,
-            &|k| travel.wheel_yaw[k],
-            if skids { [0.8, 1.3] } else { [0.15, 0.4] },
-        ),
-        (Yaw::Attitude, &by_attitude, [0.1, 0.3]),
+    let sources: [(Yaw, Rate<'_>); 3] = [
+        (Yaw::Odometry, &|k| view.odometry_turning[k].z),
+        (Yaw::Wheels, &|k| travel.wheel_yaw[k]),
+        (Yaw::Attitude, &by_attitude),
     ];
     let mut found = Vec::new();
-    for (source, yaw, [tolerance, wrong]) in sources {
+    for (source, yaw) in sources {
         for axis in 0..3 {
             let mut equations = Equations::new(2).excited(0, TURNS);
             for k in 0..view.bins {
@@ -215,14 +179,10 @@ pub(super) fn turning(view: &View, travel: &Travel, skids: bool) -> Vec<Estimate
             let Some(solution) = equations.solve() else {
                 continue;
             };
-            let is_yaw = axis == 2;
-            found.push(Estimate {
-                relation: Relation::Turn(source, axis),
-                value: solution.values[0],
-                sigma: solution.sigmas[0],
-                expected: f64::from(u8::from(is_yaw)),
-                tolerance: if is_yaw { tolerance } else { 0.1 },
-                wrong: if is_yaw { wrong } else { 0.3 },
+            let turn = Estimate::of(Relation::Turn(source, axis), solution.of(0));
+            found.push(match (source, axis) {
+                (Yaw::Wheels, 2) if skids => turn.within([0.8, 1.3]),
+                _ => turn,
             });
         }
     }
@@ -239,14 +199,7 @@ pub(super) fn attitude(machine: &Machine, view: &View, travel: &Travel) -> Vec<E
             equations.add(&[view.up[k][axis], 1.0], tilt);
         }
         if let Some(solution) = equations.solve() {
-            found.push(Estimate {
-                relation: Relation::AttitudeTilt(axis),
-                value: solution.values[0],
-                sigma: solution.sigmas[0],
-                expected: 1.0,
-                tolerance: 0.4,
-                wrong: 0.8,
-            });
+            found.push(Estimate::of(Relation::AttitudeTilt(axis), solution.of(0)));
         }
     }
     let resting = (0..view.bins).filter(|&k| travel.stands[k]);
@@ -258,14 +211,8 @@ pub(super) fn attitude(machine: &Machine, view: &View, travel: &Travel) -> Vec<E
     if pairs.len() >= FEWEST {
         let up = pairs.iter().map(|pair| pair.0).sum::<Vector3<f64>>();
         let force = pairs.iter().map(|pair| pair.1).sum::<Vector3<f64>>();
-        found.push(Estimate {
-            relation: Relation::AttitudeUp,
-            value: up.cross(&force).norm().atan2(up.dot(&force)),
-            sigma: 0.002,
-            expected: 0.0,
-            tolerance: 0.035,
-            wrong: 0.09,
-        });
+        let angle = up.cross(&force).norm().atan2(up.dot(&force));
+        found.push(Estimate::of(Relation::AttitudeUp, [angle, 0.002]));
     }
     found
 }

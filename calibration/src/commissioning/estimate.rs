@@ -8,6 +8,9 @@ pub(super) const CERTAIN: f64 = 5.0;
 /// Standard deviations within which an agreement must stay clear of what is wrong.
 const SURE: f64 = 3.0;
 
+/// Largest slope on which a machine is commissioned (rad).
+const STEEP: f64 = 0.2;
+
 /// What is compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Relation {
@@ -86,7 +89,62 @@ pub(super) enum Standing {
     Open,
 }
 
+impl Relation {
+    /// What it is where nothing is wrong, the deviation that a good machine may show, and that from which something is wrong.
+    fn limits(self) -> [f64; 3] {
+        match self {
+            Self::Gravity => [1.0, 0.03, 0.08],
+            Self::Up => [0.0, STEEP, 0.45],
+            Self::Drive(row, column) if row == column => [1.0, 0.2, 0.4],
+            Self::Drive(..) => [0.0, 0.2, 0.4],
+            Self::DriveDirection => [0.0, 0.07, 0.14],
+            Self::Mount(_) => [0.0, 0.035, 0.06],
+            Self::AttitudeTilt(_) => [1.0, 0.4, 0.8],
+            Self::AttitudeUp => [0.0, 0.035, 0.09],
+            Self::Turn(Yaw::Wheels, 2) => [1.0, 0.15, 0.4],
+            Self::Turn(_, 2) => [1.0, 0.1, 0.3],
+            Self::Turn(..) => [0.0, 0.1, 0.3],
+            Self::Rocking(row, column) if row == column => [1.0, 0.5, 1.2],
+            Self::Rocking(..) => [0.0, 0.3, 0.4],
+            Self::Wheel(_) => [1.0, 0.2, 0.4],
+            Self::WheelSide(_) => [1.0, 0.25, 0.5],
+            Self::WheelCurve(_) => [0.0, 0.12, 0.25],
+            Self::WheelOrder(..) => [1.0, 0.6, 1.0],
+            Self::Steer(_) => [1.0, 0.15, 0.25],
+            Self::SteerOff(_) => [0.0, 0.15, 0.3],
+            Self::Lean(_) => [0.0, 0.25, 0.6],
+            // Other things move a platform, too: by itself that is no fault of a sensor.
+            Self::LeanUnexplained(_) => [0.0, 0.35, f64::INFINITY],
+            Self::Still(_) => [0.0, 3e-4, 1e-3],
+            Self::Rate(_) => [1.0, 0.1, 0.3],
+            Self::Range(_) => [0.0, 0.05, 0.15],
+        }
+    }
+}
+
 impl Estimate {
+    /// A value and its standard deviation.
+    pub(super) fn of(relation: Relation, [value, sigma]: [f64; 2]) -> Self {
+        let [expected, tolerance, wrong] = relation.limits();
+        Self {
+            relation,
+            value,
+            sigma,
+            expected,
+            tolerance,
+            wrong,
+        }
+    }
+
+    /// The same with other deviations that a good machine may show, and from which something is wrong.
+    pub(super) fn within(self, [tolerance, wrong]: [f64; 2]) -> Self {
+        Self {
+            tolerance,
+            wrong,
+            ..self
+        }
+    }
+
     pub(super) fn standing(&self) -> Standing {
         let off = (self.value - self.expected).abs();
         if !(off.is_finite() && self.sigma.is_finite()) {

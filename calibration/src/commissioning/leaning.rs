@@ -132,23 +132,10 @@ pub(super) fn leaning(
 }
 
 fn of_fit(fit: &Fit, all: &[Fit], stiffness_sigma: f64) -> [Estimate; 2] {
-    let gain = |value: f64, sigma: f64| Estimate {
-        relation: Relation::Lean(fit.joint),
-        value,
-        sigma,
-        expected: 0.0,
-        tolerance: 0.25,
-        wrong: 0.6,
-    };
-    let unexplained = Estimate {
-        relation: Relation::LeanUnexplained(fit.joint),
-        value: fit.unexplained,
-        sigma: fit.unexplained_sigma,
-        expected: 0.0,
-        tolerance: 0.35,
-        // Other things move a platform, too: by itself that is no fault of a sensor.
-        wrong: f64::INFINITY,
-    };
+    let gain = |value: f64, sigma: f64| Estimate::of(Relation::Lean(fit.joint), [value, sigma]);
+    let unexplained = [fit.unexplained, fit.unexplained_sigma];
+    let relation = Relation::LeanUnexplained(fit.joint);
+    let unexplained = Estimate::of(relation, unexplained);
     if fit.impossible > 0.5 {
         return [gain(f64::from(f32::MAX).ln(), 0.01), unexplained];
     }

@@ -20,6 +20,13 @@ pub(super) struct Solution {
     pub(super) sigmas: Vec<f64>,
 }
 
+impl Solution {
+    /// An unknown and its standard deviation.
+    pub(super) fn of(&self, unknown: usize) -> [f64; 2] {
+        [self.values[unknown], self.sigmas[unknown]]
+    }
+}
+
 impl Equations {
     pub(super) fn new(unknowns: usize) -> Self {
         Self {

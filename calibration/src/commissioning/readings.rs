@@ -21,14 +21,7 @@ pub(super) fn readings(machine: &Machine, roles: &Roles, view: &View) -> Vec<Est
             equations.add(&[*rate, 1.0], *measured);
         }
         if let Some(solution) = equations.solve() {
-            found.push(Estimate {
-                relation: Relation::Rate(joint),
-                value: solution.values[0],
-                sigma: solution.sigmas[0],
-                expected: 1.0,
-                tolerance: 0.1,
-                wrong: 0.3,
-            });
+            found.push(Estimate::of(Relation::Rate(joint), solution.of(0)));
         }
         let Some([least, largest]) = machine.joints()[joint].limits else {
             continue;
@@ -41,14 +34,7 @@ pub(super) fn readings(machine: &Machine, roles: &Roles, view: &View) -> Vec<Est
             .fold(0.0, f64::max);
         let span = largest - least;
         if span.is_finite() && span > 0.0 {
-            found.push(Estimate {
-                relation: Relation::Range(joint),
-                value: beyond / span,
-                sigma: 0.001,
-                expected: 0.0,
-                tolerance: 0.05,
-                wrong: 0.15,
-            });
+            found.push(Estimate::of(Relation::Range(joint), [beyond / span, 0.001]));
         }
     }
     found

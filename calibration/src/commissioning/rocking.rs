@@ -37,15 +37,8 @@ pub(super) fn rocking(view: &View) -> Vec<Estimate> {
             continue;
         };
         for column in 0..2 {
-            let is_own = row == column;
-            found.push(Estimate {
-                relation: Relation::Rocking(row, column),
-                value: solution.values[column],
-                sigma: solution.sigmas[column],
-                expected: f64::from(u8::from(is_own)),
-                tolerance: if is_own { 0.5 } else { 0.3 },
-                wrong: if is_own { 1.2 } else { 0.4 },
-            });
+            let relation = Relation::Rocking(row, column);
+            found.push(Estimate::of(relation, solution.of(column)));
         }
     }
     found

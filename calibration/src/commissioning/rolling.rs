@@ -45,31 +45,19 @@ pub(super) fn wheels(view: &View, travel: &Travel, skids: bool) -> Vec<Estimate>
             );
         }
         let solution = equations.solve();
-        let straight = solution.as_ref().map(|s| (s.values[0], s.sigmas[0]));
+        let straight = solution.as_ref().map(|s| s.of(0));
         let straight = straight.or_else(|| along_alone(view, travel, wheel));
-        if let Some((value, sigma)) = straight {
-            found.push(Estimate {
-                relation: Relation::Wheel(wheel.joint),
-                value,
-                sigma,
-                expected: 1.0,
-                tolerance: 0.2,
-                wrong: 0.4,
-            });
+        if let Some(straight) = straight {
+            found.push(Estimate::of(Relation::Wheel(wheel.joint), straight));
         }
         found.extend(in_curves(view, travel, wheel).filter(|_| !skids));
         if let Some(solution) = solution {
             // Wheels that slip sideways turn more than the curve needs: only the sign tells.
-            let value = solution.values[1];
-            let value = if skids { value.clamp(-1.0, 1.0) } else { value };
-            let [tolerance, wrong] = if skids { [0.8, 1.2] } else { [0.25, 0.5] };
-            found.push(Estimate {
-                relation: Relation::WheelSide(wheel.joint),
-                value,
-                sigma: solution.sigmas[1],
-                expected: 1.0,
-                tolerance,
-                wrong,
+            let [value, sigma] = solution.of(1);
+            let side = |value: f64| Estimate::of(Relation::WheelSide(wheel.joint), [value, sigma]);
+            found.push(match skids {
+                true => side(value.clamp(-1.0, 1.0)).within([0.8, 1.2]),
+                false => side(value),
             });
         }
     }
@@ -99,14 +87,8 @@ pub(super) fn order(view: &View, travel: &Travel) -> Vec<Estimate> {
                 equations.add(&[path(a) - path(b), mean], a.speed[k] - b.speed[k]);
             }
             if let Some(solution) = equations.solve() {
-                found.push(Estimate {
-                    relation: Relation::WheelOrder(a.joint, b.joint),
-                    value: solution.values[0],
-                    sigma: solution.sigmas[0],
-                    expected: 1.0,
-                    tolerance: 0.6,
-                    wrong: 1.0,
-                });
+                let relation = Relation::WheelOrder(a.joint, b.joint);
+                found.push(Estimate::of(relation, solution.of(0)));
             }
         }
     }
@@ -131,24 +113,18 @@ fn in_curves(view: &View, travel: &Travel, wheel: &WheelColumns) -> Option<Estim
         .iter()
         .map(|(path, speed)| (speed - path).powi(2))
         .sum();
-    (pairs.len() >= FEWEST && size > ROLLS * ROLLS * pairs.len() as f64).then(|| Estimate {
-        relation: Relation::WheelCurve(wheel.joint),
-        value: (off / size).sqrt(),
-        sigma: 0.01,
-        expected: 0.0,
-        tolerance: 0.12,
-        wrong: 0.25,
-    })
+    let off = [(off / size).sqrt(), 0.01];
+    (pairs.len() >= FEWEST && size > ROLLS * ROLLS * pairs.len() as f64)
+        .then(|| Estimate::of(Relation::WheelCurve(wheel.joint), off))
 }
 
 /// b1 without any curve.
-fn along_alone(view: &View, travel: &Travel, wheel: &WheelColumns) -> Option<(f64, f64)> {
+fn along_alone(view: &View, travel: &Travel, wheel: &WheelColumns) -> Option<[f64; 2]> {
     let mut equations = Equations::new(1).excited(0, ROLLS);
     for k in (0..view.bins).filter(|&k| view.is_upright[k]) {
         equations.add(&[wheel.along[k].dot(&travel.velocity[k])], wheel.speed[k]);
     }
-    let solution = equations.solve()?;
-    Some((solution.values[0], solution.sigmas[0]))
+    Some(equations.solve()?.of(0))
 }
 
 /// The steering joints' angles.
@@ -191,22 +167,9 @@ pub(super) fn steering(
             }
         }
         if let Some(solution) = equations.solve() {
-            found.push(Estimate {
-                relation: Relation::Steer(joint),
-                value: solution.values[0],
-                sigma: solution.sigmas[0],
-                expected: 1.0,
-                tolerance: 0.15,
-                wrong: 0.25,
-            });
-            found.push(Estimate {
-                relation: Relation::SteerOff(joint),
-                value: (squares[0] / squares[1]).sqrt(),
-                sigma: 0.01,
-                expected: 0.0,
-                tolerance: 0.15,
-                wrong: 0.3,
-            });
+            found.push(Estimate::of(Relation::Steer(joint), solution.of(0)));
+            let off = [(squares[0] / squares[1]).sqrt(), 0.01];
+            found.push(Estimate::of(Relation::SteerOff(joint), off));
         }
     }
     found

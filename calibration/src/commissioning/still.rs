@@ -54,14 +54,7 @@ pub(super) fn still(
                 .iter()
                 .filter_map(|run| leans_along(platform, view, joint, run, variance));
             let (value, sigma) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
-            Some(Estimate {
-                relation: Relation::Still(joint),
-                value,
-                sigma,
-                expected: 0.0,
-                tolerance: 3e-4,
-                wrong: 1e-3,
-            })
+            Some(Estimate::of(Relation::Still(joint), [value, sigma]))
         })
         .collect()
 }

@@ -10,7 +10,6 @@
 //! measured, [`identify`] returns an [`Identification`]: changes, their joint covariance, what the data cannot tell,
 //! and the error on data that was held back.
 
-mod autocorrelation;
 mod bands;
 mod data;
 mod directions;

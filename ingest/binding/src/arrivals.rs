@@ -14,11 +14,7 @@ pub fn arrivals<'a>(
         .into_iter()
         .map(move |(signal, index)| {
             let (sensor, recording) = signals[signal];
-            let sample = Sample {
-                sensor,
-                stamp_ns: recording.stamps_ns[index],
-                values: recording.sample(index),
-            };
+            let sample = Sample::new(sensor, recording.stamps_ns[index], recording.sample(index));
             (sample, recording.log_times_ns[index])
         })
 }

@@ -86,11 +86,7 @@ fn assessed(
             time_s: (stamp_ns - start_ns) as f64 * 1e-9,
         };
         if edit(&at, *sensor, &mut values) {
-            let sample = Sample {
-                sensor: *sensor,
-                stamp_ns: *stamp_ns,
-                values: &values,
-            };
+            let sample = Sample::new(*sensor, *stamp_ns, &values);
             let _ = recording.push(&sample);
         }
     }
@@ -618,11 +614,7 @@ fn a_person_may_confirm_or_deny_what_signals_leave_open() {
     let drive = &*STEERED;
     let mut recording = Recording::new(&drive.sensors);
     for (sensor, stamp_ns, values) in drive.samples.iter().take(2000) {
-        let sample = Sample {
-            sensor: *sensor,
-            stamp_ns: *stamp_ns,
-            values,
-        };
+        let sample = Sample::new(*sensor, *stamp_ns, values);
         let _ = recording.push(&sample);
     }
     let answered = |yes: bool| {

@@ -31,7 +31,6 @@ mod container;
 mod database;
 mod decoder;
 mod frame;
-mod indicator;
 pub mod j1939;
 mod message;
 mod tally;

@@ -7,7 +7,6 @@
 //! anomalies and their treatment.
 
 mod anchor;
-mod common_restarts;
 mod describe;
 mod finding;
 mod line;

@@ -2,12 +2,12 @@
 
 use super::{
     anchor::{self, Clock, ClockFit, LogMap},
-    common_restarts, describe,
+    describe,
     finding::ClockFinding,
-    line::Line,
+    line::{Line, median_ns},
     log_jumps::{self, LogJump},
     own_clock::OwnClock,
-    restarts::{self, CommonRestart},
+    restarts::{self, CommonRestart, Pause, Restart, TOGETHER_NS},
     stamp::StampSource,
     stamp_steps,
     statistics::TopicStatistics,
@@ -57,7 +57,7 @@ impl TimeBase {
                 OwnClock::of(times, statistics, without_publish, &log_jumps)
             })
             .collect();
-        let restarts = common_restarts::merged(&clocks);
+        let restarts = merged(&clocks);
         let shifts: Vec<Vec<(usize, i64)>> = (clocks.iter())
             .map(|clock| {
                 let restarts = restarts::shifts(&clock.restarts, &restarts);
@@ -161,4 +161,46 @@ fn clock_topic(log: &Log) -> Option<&str> {
         |type_name: &str| type_name.starts_with("rosgraph_msgs/") && type_name.ends_with("/Clock");
     let topic = log.topics().iter().find(|topic| is_clock(&topic.type_name));
     topic.map(|topic| topic.name.as_str())
+}
+
+/// Merges the restarts of all topics: simultaneous ones get one shift, so that the topics stay
+/// aligned.
+fn merged(topics: &[OwnClock<'_>]) -> Vec<CommonRestart> {
+    let mut all: Vec<(usize, Restart)> = (topics.iter().enumerate())
+        .flat_map(|(topic, clock)| clock.restarts.iter().map(move |r| (topic, *r)))
+        .collect();
+    all.sort_by_key(|(_, restart)| restart.log_time_ns);
+    let mut rest = all.as_slice();
+    let mut common = Vec::new();
+    while let Some((_, first)) = rest.first() {
+        let end = first.log_time_ns.saturating_add(TOGETHER_NS);
+        let count = rest.partition_point(|(_, restart)| restart.log_time_ns <= end);
+        let (together, later) = rest.split_at(count);
+        rest = later;
+        let mut shifts: Vec<i64> = together.iter().map(|(_, r)| r.shift_ns).collect();
+        let goes_on = |(topic, clock): (usize, &OwnClock<'_>)| {
+            let log_ns = clock.times.log_ns();
+            let (Some(&from), Some(&to)) = (log_ns.first(), log_ns.last()) else {
+                return false;
+            };
+            from < first.log_time_ns && end < to && together.iter().all(|(t, _)| *t != topic)
+        };
+        let last_before = together.iter().filter_map(|(topic, restart)| {
+            let before = restart.index.checked_sub(1)?;
+            topics[*topic].times.log_ns().get(before).copied()
+        });
+        let apart_ns = last_before
+            .max()
+            .map_or(0, |last| first.log_time_ns.saturating_sub(last).max(0));
+        common.push(CommonRestart {
+            log_time_ns: first.log_time_ns,
+            shift_ns: median_ns(&mut shifts).unwrap_or(0),
+            is_whole: !topics.iter().enumerate().any(goes_on),
+            pause_ns: match apart_ns < Pause::LEAST_NS {
+                true => Pause::LEAST_NS,
+                false => 0,
+            },
+        });
+    }
+    common
 }

@@ -4,7 +4,6 @@ mod can_topics;
 mod log_files;
 mod open_log;
 mod packed_messages;
-mod recognise;
 mod rosbag2_folder;
 mod rosbag2_metadata;
 

@@ -12,15 +12,15 @@ use super::{
     can_topics::{CanPass, CanTopic, CanTopics},
     log_files::LogFiles,
     packed_messages::{self, Unpacker},
-    recognise,
+    rosbag2_folder,
 };
 use tipwatch_can::Frame;
 
 use crate::{
     decode::{FrameDecoder, is_can_frame},
-    file::{FileTransfer, Format, LogFile, ReadOptions, Source, read_options},
+    file::{FileTransfer, Format, LONGEST_MAGIC_BYTES, LogFile, ReadOptions, Source, read_options},
     formats::{Batch, Batches, FileReader, Request, open},
-    message::{Error, Extra, Losses, RawMessage, Topic, TopicId, TopicTable},
+    message::{Error, Extra, Losses, LostPart, RawMessage, Topic, TopicId, TopicTable},
     schema::GivenDefinitions,
 };
 
@@ -71,7 +71,7 @@ impl Log {
             mut losses,
             has_packed_messages,
             declared_counts,
-        } = recognise::recognise(path, &source)?;
+        } = recognise(path, &source)?;
         let has_damaged_beginning = !losses.is_empty();
         let given = GivenDefinitions::find(&options.definitions)
             .map_err(|(path, problem)| Error::Definitions { path, problem })?;
@@ -412,5 +412,38 @@ impl fmt::Debug for Log {
             .field("files", &self.files)
             .field("topics", &self.topics.len())
             .finish_non_exhaustive()
+    }
+}
+
+/// Detects the log at `path`.
+fn recognise(path: &Path, source: &Source) -> Result<LogFiles, Error> {
+    if source.is_folder(path)? {
+        return rosbag2_folder::recognise(path, source);
+    }
+    let mut losses = Losses::default();
+    let format = match (source.format_of(path), format_by_name(path)) {
+        (Err(Error::NotALog { found, .. }), Some(format)) if source.bytes(path) > 0 => {
+            losses.lose(LostPart::Records, path, 0..LONGEST_MAGIC_BYTES, found);
+            format
+        }
+        (format, _) => format?,
+    };
+    Ok(LogFiles {
+        format,
+        files: vec![path.to_path_buf()],
+        losses,
+        has_packed_messages: None,
+        declared_counts: BTreeMap::new(),
+    })
+}
+
+/// The format by file name, for a file whose first bytes are damaged. SQLite cannot open a database
+/// without them.
+fn format_by_name(path: &Path) -> Option<Format> {
+    match path.extension()?.to_str()? {
+        "mcap" => Some(Format::Mcap),
+        "bag" => Some(Format::Ros1Bag),
+        "blf" => Some(Format::Blf),
+        _ => None,
     }
 }

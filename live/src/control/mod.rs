@@ -4,7 +4,6 @@
 
 mod program;
 mod session_control;
-mod step_clock;
 mod valve_command;
 
 pub use program::ControlProgram;

@@ -130,15 +130,12 @@ mod tests {
     #[test]
     fn only_its_own_limit_makes_a_switch_too_old() {
         let sensors = Sensors {
-            joints: Vec::new(),
             imu: true,
-            odometry: false,
-            tool_wrench: false,
-            actuators: Vec::new(),
             switches: 1,
             loads: 1,
             commands: 1,
             payload_signals: vec![0],
+            ..Sensors::default()
         };
         let age_of = |sensor: Sensor| {
             let mut watch = SensorWatch::new(sensor, &sensors, 100_000_000);

@@ -98,11 +98,7 @@ impl<'a> TryFrom<&'a WireSample> for Message<'a> {
             .values
             .get(..wire.value_count as usize)
             .ok_or(Malformed)?;
-        Ok(Self::Sample(Sample {
-            sensor,
-            stamp_ns: wire.time_ns,
-            values,
-        }))
+        Ok(Self::Sample(Sample::new(sensor, wire.time_ns, values)))
     }
 }
 
@@ -125,11 +121,7 @@ mod tests {
             Sensor::Command(2),
             Sensor::Payload(1),
         ] {
-            let sample = Sample {
-                sensor,
-                stamp_ns: -7,
-                values: &values,
-            };
+            let sample = Sample::new(sensor, -7, &values);
             let wire = WireSample::new(&sample, 8).unwrap();
             assert_eq!(wire.log_time_ns, 8);
             let Ok(Message::Sample(sample)) = Message::try_from(&wire) else {
@@ -164,11 +156,7 @@ mod tests {
 
     #[test]
     fn malformed_messages_are_rejected() {
-        let too_many = Sample {
-            sensor: Sensor::Imu,
-            stamp_ns: 0,
-            values: &[0.0; MAX_VALUES + 1],
-        };
+        let too_many = Sample::new(Sensor::Imu, 0, &[0.0; MAX_VALUES + 1]);
         assert!(WireSample::new(&too_many, 0).is_err());
         let good = WireSample::end();
         assert_eq!(

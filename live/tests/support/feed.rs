@@ -164,14 +164,13 @@ impl<T: Time> Feed<T> {
     pub fn peek(&self) -> WireSample {
         let mut sample = self.samples[self.next % self.samples.len()];
         sample.time_ns += self.lap_ns();
-        let head = Head {
+        sample.seal(Head {
             sequence: (self.next - self.left_out) as u64,
             source: self.source,
             machine_hash: self.hash,
             time_ns: sample.time_ns,
             published_ns: self.time.now_ns(),
-        };
-        sample.seal(head);
+        });
         sample
     }
 
@@ -197,14 +196,24 @@ impl<T: Time> Feed<T> {
 
     /// Sends samples as they are, at their pace.
     pub fn send(&mut self, count: usize) {
-        for _ in 0..count {
-            self.wait();
-            let mut sample = self.peek();
-            let head = sample.head();
-            sample.seal(head);
-            self.raw(&sample);
-            self.next += 1;
-        }
+        (0..count).for_each(|_| self.inject(|_| ()));
+    }
+
+    /// Sends the next sample, changed.
+    pub fn inject(&mut self, change: impl FnOnce(&mut WireSample)) {
+        self.wait();
+        let mut sample = self.peek();
+        change(&mut sample);
+        self.raw(&sample);
+        self.next += 1;
+    }
+
+    /// The same with the seal of what it has become.
+    pub fn inject_sealed(&mut self, change: impl FnOnce(&mut WireSample)) {
+        self.inject(|sample| {
+            change(sample);
+            sample.seal(sample.head());
+        });
     }
 
     /// Sends samples; returns the verdicts on rows that came meanwhile.

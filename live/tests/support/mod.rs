@@ -23,12 +23,24 @@ use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-use tipwatch_live::wire::topics::{WireSession, WireVerdict};
+use tipwatch_live::wire::session::Session;
+use tipwatch_live::wire::topics::{Head, Wire, WireSession, WireVerdict};
 
 pub use world::{World, data};
 
 /// Far longer than any test takes: it only prevents hangs.
 pub const LIMIT: Duration = Duration::from_secs(240);
+
+/// Seals a message of a session.
+pub fn seal<T: Wire>(message: &mut T, session: &Session, sequence: u64, published_ns: i64) {
+    message.seal(Head {
+        sequence,
+        source: session.id,
+        machine_hash: session.machine_hash,
+        time_ns: message.head().time_ns,
+        published_ns,
+    });
+}
 
 impl World {
     /// Waits until a producer exists. It is no reader of samples, because a replay would count it.

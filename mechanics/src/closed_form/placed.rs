@@ -192,10 +192,7 @@ fn posture(
     }
     let mut state = State::<f64>::zero(machine);
     for (motion, &position) in state.joints.iter_mut().zip(joint_positions) {
-        *motion = Motion {
-            position,
-            ..Motion::zero()
-        };
+        *motion = Motion::at_rest(position);
     }
     let mut coordinates = vec![Coordinate::slid(0.0, 0.0, 0.0); machine.bodies.len()];
     let closure = kinematics::coordinates(machine, &state, &mut coordinates);

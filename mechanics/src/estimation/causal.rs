@@ -8,7 +8,6 @@ use super::rows::{Estimate, RowClock, regular_index, regular_row};
 use super::shown_noise::ShownNoise;
 use super::state_builder::{FilterStatus, Filters, Reading, StateBuilder};
 use super::white_jerk::{Channel, seconds};
-use crate::estimation::last_sample::LastSample;
 use crate::estimation::plausibility::{Finding, Plausibility, RowEffect, SignalDoubt};
 use crate::estimation::support_configuration::SupportWatch;
 use crate::machine::{Machine, PayloadQuantity, Proofs};
@@ -395,5 +394,41 @@ impl CausalEstimator {
                 estimate.reasons.add(Reason::ToolWrenchGap);
             }
         }
+    }
+}
+
+/// The last sample of a number: its stamp (ns) and value.
+#[derive(Debug, Clone, Copy, Default)]
+struct LastSample(Option<(i64, f64)>);
+
+impl LastSample {
+    /// Takes a sample. A command may be that nothing is asked for.
+    ///
+    /// # Errors
+    /// It is not later than the one before, not finite, or has not one value.
+    fn take(&mut self, sample: &Sample<'_>) -> Result<(), SampleError> {
+        let &[value] = sample.values else {
+            return Err(SampleError::UnknownSensor);
+        };
+        if self
+            .0
+            .is_some_and(|(last_ns, _)| sample.stamp_ns <= last_ns)
+        {
+            return Err(SampleError::NotLater);
+        }
+        self.0 = Some((sample.stamp_ns, value));
+        let asks_nothing = matches!(sample.sensor, Sensor::Command(_)) && value.is_nan();
+        match value.is_finite() || asks_nothing {
+            true => Ok(()),
+            false => Err(SampleError::NotFinite),
+        }
+    }
+
+    /// Its finite value, if it is of about this time; else NaN.
+    fn near(self, time_ns: i64, max_gap_ns: i64) -> f64 {
+        let is_near = |(stamp_ns, value): &(i64, f64)| {
+            time_ns.abs_diff(*stamp_ns) <= max_gap_ns.unsigned_abs() && value.is_finite()
+        };
+        self.0.filter(is_near).map_or(f64::NAN, |(_, value)| value)
     }
 }

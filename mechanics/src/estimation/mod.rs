@@ -20,7 +20,6 @@ mod held;
 mod history;
 mod kalman_filter;
 mod lag;
-mod last_sample;
 mod misfit;
 #[cfg(test)]
 mod noise_of_tests;

@@ -8,5 +8,4 @@ pub(crate) mod outcome;
 pub(crate) mod quantities;
 pub(crate) mod quantity;
 pub(crate) mod scope;
-pub(crate) mod validity;
 pub(crate) mod workspace;

@@ -17,10 +17,17 @@ impl<T: Real> Motion<T> {
     /// At rest at position zero.
     #[must_use]
     pub fn zero() -> Self {
+        Self::at_rest(T::zero())
+    }
+
+    /// At rest at a position.
+    #[must_use]
+    pub fn at_rest(position: T) -> Self {
+        let (rate, acceleration) = (T::zero(), T::zero());
         Self {
-            position: T::zero(),
-            rate: T::zero(),
-            acceleration: T::zero(),
+            position,
+            rate,
+            acceleration,
         }
     }
 

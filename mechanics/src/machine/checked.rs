@@ -375,6 +375,20 @@ impl Machine {
 const WARP_SHARE: f64 = 0.5;
 
 impl Machine {
+    /// Index of the wheel with this name in lower case.
+    #[must_use]
+    pub fn wheel_named(&self, lower: &str) -> Option<usize> {
+        let mut wheels = self.wheels.iter();
+        wheels.position(|wheel| wheel.name.to_lowercase() == lower)
+    }
+
+    /// Index of the edge with this name in lower case.
+    #[must_use]
+    pub fn edge_named(&self, lower: &str) -> Option<usize> {
+        let mut edges = self.polygon().edges().iter();
+        edges.position(|edge| edge.name.to_lowercase() == lower)
+    }
+
     /// Prior standard deviation of each wheel's share of the warp (N): half the mean load; on ground declared
     /// flat, at most what the stated uncertainty of the wheels' heights causes.
     #[must_use]

@@ -105,12 +105,8 @@ impl Linkage {
 
     /// The pivot's angle (rad) for a cylinder stroke (m); NaN where the triangle cannot close.
     pub(super) fn pivot_at_rod(&self, rod: f64) -> f64 {
-        let at_rest = Motion {
-            position: rod,
-            ..Motion::zero()
-        };
-        let solved = self.geometry.by_rod(&at_rest);
-        Real::atan2(solved.pivot.sin, solved.pivot.cos)
+        let pivot = self.geometry.by_rod(&Motion::at_rest(rod)).pivot;
+        Real::atan2(pivot.sin, pivot.cos)
     }
 
     /// The cylinder stroke (m) at an angle of the pivot (rad); NaN where the triangle cannot close. At a dead
@@ -139,6 +135,19 @@ impl Linkage {
                     .by_pivot(cos, sin, measured.rate, measured.acceleration)
             }
             LinkageInput::RodLength => self.geometry.by_rod(measured),
+        }
+    }
+
+    /// Motion of the measured joint from that of the rod.
+    pub fn measured_by_rod(&self, rod: &Motion<f64>) -> Motion<f64> {
+        if self.input == LinkageInput::RodLength {
+            return *rod;
+        }
+        let pivot = self.geometry.by_rod(rod).pivot;
+        Motion {
+            position: Real::atan2(pivot.sin, pivot.cos),
+            rate: pivot.rate,
+            acceleration: pivot.acceleration,
         }
     }
 }

@@ -27,6 +27,13 @@ pub struct Edge {
     pub carries: Vec<bool>,
 }
 
+impl Edge {
+    /// Indices of the wheels that do not lie on it.
+    pub fn off(&self) -> impl Iterator<Item = usize> {
+        (0..self.carries.len()).filter(|&wheel| !self.carries[wheel])
+    }
+}
+
 impl SupportPolygon {
     /// The edges, counter-clockwise; for four wheels front, left, rear, right.
     #[must_use]

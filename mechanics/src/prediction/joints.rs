@@ -96,10 +96,7 @@ impl JointLaw {
         let [low, high] = self.limits;
         let (low, high) = (low.min(now.position), high.max(now.position));
         if then.position > high || then.position < low {
-            Motion {
-                position: then.position.clamp(low, high),
-                ..Motion::zero()
-            }
+            Motion::at_rest(then.position.clamp(low, high))
         } else {
             then
         }
@@ -119,10 +116,7 @@ fn gone_on(now: &Motion<f64>, instant: &Instant) -> Motion<f64> {
         // v + a T (1 - exp(-t / T)) = 0
         let constant_s = instant.joint_decay_s;
         let rest_s = -constant_s * (1.0 + rate / (acceleration * constant_s)).ln();
-        return Motion {
-            position: at(rest_s, &Decay::after(rest_s, constant_s)),
-            ..Motion::zero()
-        };
+        return Motion::at_rest(at(rest_s, &Decay::after(rest_s, constant_s)));
     }
     Motion {
         position: at(instant.time_s, &instant.joint),
@@ -156,10 +150,7 @@ fn stopped(now: &Motion<f64>, deceleration: f64, stop_time_s: f64, time_s: f64) 
         0.0
     };
     if time_s >= rest_s {
-        return Motion {
-            position: now.position + 0.5 * now.rate * rest_s,
-            ..Motion::zero()
-        };
+        return Motion::at_rest(now.position + 0.5 * now.rate * rest_s);
     }
     Motion {
         position: now.position + now.rate * time_s - 0.5 * sign * deceleration * time_s * time_s,

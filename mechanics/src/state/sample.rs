@@ -3,7 +3,7 @@
 use crate::machine::{ActuatorSignal, Machine};
 
 /// The sensors that a log or a live system provides.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Sensors {
     /// Streams of joint states, at least one; rows follow the stamps of the first.
     pub joints: Vec<JointStream>,
@@ -81,6 +81,18 @@ pub struct Sample<'a> {
     pub stamp_ns: i64,
     /// The measured values.
     pub values: &'a [f64],
+}
+
+impl<'a> Sample<'a> {
+    /// Of a sensor, measured at a time (ns).
+    #[must_use]
+    pub fn new(sensor: Sensor, stamp_ns: i64, values: &'a [f64]) -> Self {
+        Self {
+            sensor,
+            stamp_ns,
+            values,
+        }
+    }
 }
 
 /// Why a sample was not used.
@@ -224,15 +236,14 @@ impl MatchedSensors {
     ) -> Result<Self, JointTwice> {
         let mut matched = Self {
             sensors: Sensors {
-                joints: Vec::new(),
                 imu: others.imu,
                 odometry: others.odometry,
                 tool_wrench: others.tool_wrench && machine.tool().is_some(),
-                actuators: Vec::new(),
                 switches: machine.supports().switches.len(),
                 loads: machine.load_sensors().len(),
                 commands: machine.joint_commands().len(),
                 payload_signals: (0..machine.payload_signals().len()).collect(),
+                ..Sensors::default()
             },
             streams: Vec::new(),
         };

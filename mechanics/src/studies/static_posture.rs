@@ -106,10 +106,7 @@ pub fn standing_posture(
 pub fn resting_state(machine: &Machine, joint_positions: &[f64]) -> State<f64> {
     let mut state = State::<f64>::zero(machine);
     for (motion, &position) in state.joints.iter_mut().zip(joint_positions) {
-        *motion = Motion {
-            position,
-            ..Motion::zero()
-        };
+        *motion = Motion::at_rest(position);
     }
     state
 }

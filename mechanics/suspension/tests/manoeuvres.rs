@@ -122,10 +122,7 @@ impl Manoeuvre {
                 state.joints[joint] = sine.at(t);
             }
             for rod_joint in rods {
-                state.joints[rod_joint] = Motion {
-                    position: rod,
-                    ..Motion::zero()
-                };
+                state.joints[rod_joint] = Motion::at_rest(rod);
             }
             let turn = yaw.at(t);
             let forward: f64 = pulses

@@ -23,10 +23,7 @@ pub(crate) fn standing(machine: &Machine) -> State<f64> {
             "suspension_right" | "suspension_left" => -0.1,
             _ => 0.0,
         };
-        *motion = Motion {
-            position,
-            ..Motion::zero()
-        };
+        *motion = Motion::at_rest(position);
     }
     state.base.up = Vector3::z();
     state.imu.specific_force = Vector3::z() * machine.gravity();

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use crate::Truth;
 use tipwatch_analyze::analysis::run::analyse;
-use tipwatch_analyze::base::options::{Estimator, Options};
+use tipwatch_analyze::base::options::Estimator;
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::machine::PredictionSpec;
 use tipwatch_mechanics::prediction::{Ahead, Law, PacedPredictor, Predictor};
@@ -72,10 +72,7 @@ impl Followed {
     /// A file is missing.
     #[must_use]
     pub fn new(log: &Path, keys: Option<&PredictionSpec>) -> Self {
-        let options = Options {
-            estimator: Estimator::Causal,
-            ..Options::default()
-        };
+        let options = crate::by(Estimator::Causal);
         let machine = log.with_extension("toml");
         let mut file = MachineFile::read(&machine).expect("a simulated log with its truth");
         if let Some(keys) = keys {

@@ -365,14 +365,12 @@ impl Window {
 /// each from it, over the largest.
 fn factors(window: &Window, event: &Event) -> Option<Vec<f64>> {
     let machine = window.machine();
-    let is = |name: &str| name.to_lowercase() == event.subject;
     if event.kind == EventKind::WheelLift {
-        let wheels = machine.wheels().iter().map(|wheel| is(&wheel.name));
-        let factors: Vec<f64> = wheels.map(f64::from).collect();
-        return factors.contains(&1.0).then_some(factors);
+        let own = machine.wheel_named(&event.subject)?;
+        let wheels = 0..machine.wheels().len();
+        return Some(wheels.map(|wheel| f64::from(wheel == own)).collect());
     }
-    let edges = machine.polygon().edges();
-    let edge = edges.iter().position(|edge| is(&edge.name))?;
+    let edge = machine.edge_named(&event.subject)?;
     let mut placement = Placement::new(machine);
     let mut state = State::zero(machine);
     window.states.get(0, &mut state);

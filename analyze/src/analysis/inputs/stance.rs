@@ -131,9 +131,7 @@ pub(super) fn rests_while_tipping(
         rows.state(row, &mut scratch.state);
         let outcome = evaluate(machine, &scratch.state, &mut scratch.workspace);
         for (edge, least) in machine.polygon().edges().iter().zip(&mut least) {
-            let wheels = 0..machine.wheels().len();
-            let off_edge = wheels.filter(|&wheel| !edge.carries[wheel]);
-            let otf: f64 = off_edge.map(|wheel| outcome.otf[wheel]).sum();
+            let otf: f64 = edge.off().map(|wheel| outcome.otf[wheel]).sum();
             // NaN stays: such a row says nothing
             *least = if otf > *least || otf.is_nan() {
                 otf

@@ -21,10 +21,14 @@ pub(crate) fn doubt_contradicted(
         let Some(span_ns) = events.iter().find(is_own).map(Event::span_ns) else {
             continue;
         };
-        let own = machine.polygon().edges().iter();
-        let own = own.filter(|it| it.name.to_lowercase() == edge);
+        let own = machine.edge_named(&edge).into_iter();
         let carrying: Vec<String> = own
-            .flat_map(|it| machine.wheels().iter().zip(&it.carries))
+            .flat_map(|own| {
+                machine
+                    .wheels()
+                    .iter()
+                    .zip(&machine.polygon().edges()[own].carries)
+            })
             .filter(|(_, carries)| **carries)
             .map(|(wheel, _)| wheel.name.to_lowercase())
             .collect();

@@ -38,8 +38,7 @@ pub(crate) fn falls(table: &Table, events: &[Event]) -> Vec<Fall> {
     tippings.sort_by(|a, b| rotation(b).total_cmp(&rotation(a)));
     let fall = |event: &&Event| {
         let machine = table.machine_at(table.at(event.start_ns))?;
-        let mut edges = machine.polygon().edges().iter();
-        let edge = edges.position(|edge| edge.name.to_lowercase() == event.subject)?;
+        let edge = machine.edge_named(&event.subject)?;
         // the moment about an edge weighs the machine only where it tips about that edge
         let is_its_line = !has_axle_astride(machine, edge);
         is_its_line.then(|| Fall {

@@ -133,14 +133,9 @@ fn is_off(table: &Table, edge: &str, subject: &str, from_ns: i64) -> bool {
     let Some(machine) = table.machine_at(table.at(from_ns)) else {
         return false;
     };
-    let mut edges = machine.polygon().edges().iter();
-    let of_edge = edges.find(|it| it.name.to_lowercase() == edge);
-    let mut wheels = machine.wheels().iter();
-    let wheel = wheels.position(|wheel| wheel.name.to_lowercase() == subject);
-    subject == edge
-        || of_edge
-            .zip(wheel)
-            .is_some_and(|(of_edge, wheel)| !of_edge.carries[wheel])
+    let both = machine.edge_named(edge).zip(machine.wheel_named(subject));
+    let is_off = |(edge, wheel): (usize, usize)| !machine.polygon().edges()[edge].carries[wheel];
+    subject == edge || both.is_some_and(is_off)
 }
 
 /// Probability that the wheels of an event are below their limit in a state.
@@ -151,10 +146,9 @@ fn chance(
     workspace: &mut Workspace<f64>,
 ) -> Option<f64> {
     let machine = standing.machine;
-    let is = |name: &str| name.to_lowercase() == event.subject;
     let (factors, limit_n): (Vec<f64>, f64) = match event.kind {
         EventKind::WheelLight | EventKind::WheelLift => {
-            let wheel = (machine.wheels().iter()).position(|wheel| is(&wheel.name))?;
+            let wheel = machine.wheel_named(&event.subject)?;
             let wheels = 0..machine.wheels().len();
             let limit_n = match event.kind {
                 EventKind::WheelLight => *standing.min_loads_n.as_ref()?.get(wheel)?,
@@ -164,7 +158,7 @@ fn chance(
             (own.collect(), limit_n)
         }
         _ => {
-            let edge = (machine.polygon().edges().iter()).position(|edge| is(&edge.name))?;
+            let edge = machine.edge_named(&event.subject)?;
             let mut placement = Placement::new(machine);
             placement.place(state);
             (distances(machine, &placement, edge), 0.0)

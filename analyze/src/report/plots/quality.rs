@@ -95,16 +95,15 @@ impl Plotter<'_> {
     }
 
     fn implausible(&self) -> Vec<Lane> {
-        let mut lanes: BTreeMap<String, Vec<(f64, f64)>> = BTreeMap::new();
+        let mut lanes: BTreeMap<(&str, &'static str), Vec<(f64, f64)>> = BTreeMap::new();
         for event in &self.analysis.events {
             if let Some(fault) = &event.fault {
-                let subject = input_in_words(&event.subject);
-                let name = format!("{subject}: {}", readable(fault.kind.name()));
-                lanes.entry(name).or_default().push(self.span(event));
+                let key = (event.subject.as_str(), fault.kind.name());
+                lanes.entry(key).or_default().push(self.span(event));
             }
         }
-        let lane = |(name, spans): (String, _)| Lane {
-            name,
+        let lane = |((subject, kind), spans): ((&str, _), _)| Lane {
+            name: format!("{}: {}", input_in_words(subject), readable(kind)),
             colour: IMPLAUSIBLE,
             spans,
         };

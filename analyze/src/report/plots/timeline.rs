@@ -4,7 +4,7 @@ use tipwatch_language::word;
 
 use super::plotter::{Part, Plotter};
 use super::quality::Lane;
-use crate::events::EventKind;
+use crate::events::{Event, EventKind};
 use crate::page::Figure;
 use crate::report::findings::{Scene, rank};
 
@@ -15,17 +15,21 @@ impl Plotter<'_> {
     /// `None` without an event of the machine.
     pub(super) fn timeline(&self) -> Option<Figure> {
         let scene = Scene::of(self.analysis);
-        let mut lanes: Vec<(usize, Lane)> = Vec::new();
+        let key = |event: &Event| {
+            let other_edge = event.other_edge().map(str::to_owned);
+            (event.kind, event.subject.clone(), other_edge)
+        };
+        let mut lanes = Vec::new();
         let events = self.analysis.events.iter();
         for event in events.filter(|event| event.kind.is_stability()) {
-            let name = scene.kind_and_subject(event);
             let span = self.span(event);
-            match lanes.iter_mut().find(|(_, lane)| lane.name == name) {
-                Some((_, lane)) => lane.spans.push(span),
+            let known = lanes.iter_mut().find(|(known, _)| *known == key(event));
+            match known.map(|(_, lane): &mut (_, Lane)| lane) {
+                Some(lane) => lane.spans.push(span),
                 None => lanes.push((
-                    rank(event.kind),
+                    key(event),
                     Lane {
-                        name,
+                        name: scene.kind_and_subject(event),
                         colour: colour_of(event.kind),
                         spans: vec![span],
                     },
@@ -33,7 +37,7 @@ impl Plotter<'_> {
             }
         }
         // stable: of a kind, by time
-        lanes.sort_by_key(|(rank, _)| *rank);
+        lanes.sort_by_key(|((kind, ..), _)| rank(*kind));
         lanes.truncate(MOST_LANES);
         let lanes: Vec<Lane> = lanes.into_iter().map(|(_, lane)| lane).collect();
         (!lanes.is_empty())

@@ -101,31 +101,36 @@ const WHOLE_LOG: &str = message!("in this log");
 
 /// [`WHOLE_LOG`], or in the part of its time that is known.
 pub(super) fn scope(analysis: &Analysis) -> String {
+    part(analysis).unwrap_or_else(|| told(WHOLE_LOG).into())
+}
+
+/// The part of the log's time that is known; `None` if all of it is.
+fn part(analysis: &Analysis) -> Option<String> {
     let word = SupportWord::of(&analysis.machine).one;
     let coverage = &analysis.coverage;
     match (coverage.lift_not_excluded_s(), coverage.between_rows) {
         (Some(seconds), _) => {
-            return say!(
+            return Some(say!(
                 "at the rows of this sparse log ({coverage} with known {word} loads); between them a lift, and what may follow from it, cannot be excluded for {seconds:.1} s"
-            );
+            ));
         }
         (None, Some(_)) if coverage.is_whole() => {
-            return word!(
+            return Some(word!(
                 "in this sparse log, given the stated greatest rates and accelerations between its rows"
             )
-            .into();
+            .into());
         }
         _ => {}
     }
     match coverage.is_whole() {
-        true if analysis.losses.end_is_lost() => say!(
+        true if analysis.losses.end_is_lost() => Some(say!(
             "was found up to t = {:.2} s; the end of the log is lost, and what happened afterwards is not known",
             analysis.rows.seconds(analysis.rows.len() - 1)
-        ),
-        true => told(WHOLE_LOG).into(),
-        false => say!(
+        )),
+        true => None,
+        false => Some(say!(
             "in the {coverage} of the log with known {word} loads; nothing is known of the rest"
-        ),
+        )),
     }
 }
 
@@ -263,7 +268,7 @@ fn lifted(analysis: &Analysis) -> String {
         false => could_have_lifted(analysis, &wheels),
     };
     if wheels.is_empty() {
-        sentences.push(none(&scope(analysis), open.is_empty()));
+        sentences.push(none(part(analysis), open.is_empty()));
     }
     let sharing = sharing(&analysis.machine);
     if !open.is_empty() {
@@ -287,11 +292,14 @@ fn lifted(analysis: &Analysis) -> String {
 }
 
 /// That nothing lifted. Where another split could have lifted something, this is no more than what was computed.
-fn none(scope: &str, is_certain: bool) -> String {
-    match (is_certain, scope) {
-        (true, scope) => say!("None {scope}."),
-        (false, scope) if scope == told(WHOLE_LOG) => word!("None as computed.").into(),
-        (false, scope) => say!("As computed, none {scope}."),
+fn none(part: Option<String>, is_certain: bool) -> String {
+    if part.is_none() && !is_certain {
+        return word!("None as computed.").into();
+    }
+    let scope = part.unwrap_or_else(|| told(WHOLE_LOG).into());
+    match is_certain {
+        true => say!("None {scope}."),
+        false => say!("As computed, none {scope}."),
     }
 }
 
@@ -573,8 +581,8 @@ mod tests {
 
     #[test]
     fn what_cannot_be_excluded_is_not_excluded() {
-        assert_eq!(none(WHOLE_LOG, true), "None in this log.");
-        assert_eq!(none(WHOLE_LOG, false), "None as computed.");
+        assert_eq!(none(None, true), "None in this log.");
+        assert_eq!(none(None, false), "None as computed.");
     }
 
     #[test]

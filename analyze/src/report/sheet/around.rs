@@ -143,10 +143,7 @@ impl Curves {
 /// The wheels of the incident, and then others, so many as a chart shows.
 fn wheels(analysis: &Analysis, incident: &Incident<'_>) -> Vec<usize> {
     let all = analysis.machine.wheels();
-    let of_event = |subject: &str| {
-        all.iter()
-            .position(|wheel| wheel.name.to_lowercase() == subject)
-    };
+    let of_event = |subject: &str| analysis.machine.wheel_named(subject);
     let mut chosen: Vec<usize> = Vec::new();
     let own = incident
         .events

@@ -5,7 +5,6 @@
 mod connection;
 mod cut;
 mod gaps;
-mod id_set;
 mod page;
 mod pass;
 mod private_copy;

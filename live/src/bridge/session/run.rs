@@ -190,11 +190,7 @@ impl SessionRun {
             if ending.is_some() {
                 return;
             }
-            let sample = Sample {
-                sensor,
-                stamp_ns,
-                values,
-            };
+            let sample = Sample::new(sensor, stamp_ns, values);
             result = WireSample::new(&sample, 0).and_then(|mut wire| producer.send(&mut wire));
             counts.sent += 1;
         });

@@ -66,11 +66,11 @@ struct Judged {
 impl Batch {
     fn give_to(&self, estimator: &mut BiasEstimator) {
         for judged in &self.samples {
-            let sample = Sample {
-                sensor: judged.sensor,
-                stamp_ns: judged.stamp_ns,
-                values: &self.values[judged.values.clone()],
-            };
+            let sample = Sample::new(
+                judged.sensor,
+                judged.stamp_ns,
+                &self.values[judged.values.clone()],
+            );
             estimator.push(&sample, &judged.judgement);
         }
     }

@@ -83,11 +83,11 @@ struct Batch {
 
 impl Batch {
     fn sample(&self, checked: &Checked) -> Sample<'_> {
-        Sample {
-            sensor: checked.sensor,
-            stamp_ns: checked.stamp_ns,
-            values: &self.values[checked.values.clone()],
-        }
+        Sample::new(
+            checked.sensor,
+            checked.stamp_ns,
+            &self.values[checked.values.clone()],
+        )
     }
 }
 

@@ -10,8 +10,6 @@ mod fault_search;
 mod forward;
 mod history_reader;
 mod pass;
-mod quintic;
-mod row_times;
 mod sorted_samples;
 mod source;
 mod whole;

@@ -90,11 +90,11 @@ impl<S: SampleSource> SortedSamples<S> {
             self.read(k, chunk)?;
         }
         let from = (k - chunk.first) * self.width;
-        Ok(Some(Sample {
-            sensor: self.sensor(),
+        Ok(Some(Sample::new(
+            self.sensor(),
             stamp_ns,
-            values: &chunk.values[from..from + self.width],
-        }))
+            &chunk.values[from..from + self.width],
+        )))
     }
 
     fn read(&self, first: usize, chunk: &mut Chunk) -> Result<(), S::Error> {

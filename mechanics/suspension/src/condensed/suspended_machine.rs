@@ -4,6 +4,7 @@ use super::carriers::Carriers;
 use crate::error::SuspensionError;
 use tipwatch_mechanics::geometry::coordinate::Motion;
 use tipwatch_mechanics::machine::{Machine, Suspension};
+use tipwatch_mechanics::state::State;
 
 /// Maximum number of actuators.
 pub const MAX_ACTUATORS: usize = 2;
@@ -46,6 +47,21 @@ impl SuspendedMachine {
         };
         Ok((suspended, suspension))
     }
+
+    /// Motion of the rods in a state (m, m/s, m/s^2), by actuator; zero beyond the machine's actuators.
+    pub(crate) fn rods(&self, state: &State<f64>) -> [Motion<f64>; MAX_ACTUATORS] {
+        let mut rods = [Motion::zero(); MAX_ACTUATORS];
+        for (motion, &linkage) in rods.iter_mut().zip(&self.linkages) {
+            let linkage = &self.machine.linkages()[linkage];
+            let rod = linkage.solve(&state.joints[linkage.measured_joint]).rod;
+            *motion = Motion {
+                position: rod.displacement,
+                rate: rod.rate,
+                acceleration: rod.acceleration,
+            };
+        }
+        rods
+    }
 }
 
 /// Checks that every triangle closes over the stroke.
@@ -55,10 +71,7 @@ fn check_stroke(machine: &Machine, suspension: &Suspension) -> Result<(), Suspen
         let linkage = &machine.linkages()[linkage];
         for k in 0..STROKE_POSITIONS {
             let position = least + (greatest - least) * k as f64 / (STROKE_POSITIONS - 1) as f64;
-            let rod = Motion {
-                position,
-                ..Motion::zero()
-            };
+            let rod = Motion::at_rest(position);
             if !(linkage.solve_by_rod(&rod).closure > 0.0) {
                 return Err(SuspensionError::Stroke {
                     linkage: linkage.name.clone(),

@@ -152,10 +152,7 @@ impl SuspensionOptimiser {
 
     /// Fills the instant of a machine at rest with gravity along the normal of its contact plane.
     fn level_instant(&mut self, state: &State<f64>, rods: &[f64; MAX_ACTUATORS]) {
-        let at_rest = rods.map(|position| Motion {
-            position,
-            ..Motion::zero()
-        });
+        let at_rest = rods.map(Motion::at_rest);
         let at_rest = &at_rest[..self.suspended.linkages.len()];
         let gravity = self.suspended.machine.gravity();
         self.instant
@@ -284,16 +281,9 @@ impl SuspensionOptimiser {
 
     /// Fills the instant: the state without the motion of the suspension.
     fn observe(&mut self, state: &State<f64>, rods: &[Rod]) {
-        let mut motions = [Motion::zero(); MAX_ACTUATORS];
-        for ((motion, rod), &linkage) in motions.iter_mut().zip(rods).zip(&self.suspended.linkages)
-        {
-            let linkage = &self.suspended.machine.linkages()[linkage];
-            let measured = linkage.solve(&state.joints[linkage.measured_joint]);
-            *motion = Motion {
-                position: rod.x,
-                rate: rod.v,
-                acceleration: measured.rod.acceleration,
-            };
+        let mut motions = self.suspended.rods(state);
+        for (motion, rod) in motions.iter_mut().zip(rods) {
+            (motion.position, motion.rate) = (rod.x, rod.v);
         }
         self.instant.fill(
             &self.suspended,

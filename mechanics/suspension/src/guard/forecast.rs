@@ -198,15 +198,9 @@ impl Forecaster {
         seconds: f64,
     ) -> ImuState<f64> {
         let actuators = self.suspended.linkages.len();
-        let mut rods = [Motion::zero(); MAX_ACTUATORS];
-        for (k, &linkage) in self.suspended.linkages.iter().enumerate() {
-            let linkage = &self.suspended.machine.linkages()[linkage];
-            let measured = linkage.solve(&state.joints[linkage.measured_joint]);
-            rods[k] = Motion {
-                position: x[k],
-                rate: v[k],
-                acceleration: measured.rod.acceleration,
-            };
+        let mut rods = self.suspended.rods(state);
+        for (k, rod) in rods.iter_mut().enumerate() {
+            (rod.position, rod.rate) = (x[k], v[k]);
         }
         let rods = &rods[..actuators];
         self.now
@@ -267,10 +261,7 @@ impl Forecaster {
                 && known.spins_wheel.is_none()
             {
                 let position = joint.position.max(least).min(greatest);
-                *joint = Motion {
-                    position,
-                    ..Motion::zero()
-                };
+                *joint = Motion::at_rest(position);
             }
         }
         ahead.imu = state.imu;
@@ -391,10 +382,7 @@ fn copy(places: &mut ByWheel, values: &[f64]) {
 }
 
 fn at_rest(strokes: &ByRod) -> [Motion<f64>; MAX_ACTUATORS] {
-    strokes.map(|position| Motion {
-        position,
-        ..Motion::zero()
-    })
+    strokes.map(Motion::at_rest)
 }
 
 fn has_up(up: &Vector3<f64>) -> bool {

@@ -13,7 +13,6 @@ use tipwatch_mechanics::dynamics::kinematics::{SensorFrame, base_motion};
 use tipwatch_mechanics::evaluate;
 use tipwatch_mechanics::geometry::coordinate::Motion;
 use tipwatch_mechanics::machine::{Ground, LinkageInput, LogFacts, Machine, MachineSpec};
-use tipwatch_mechanics::number::Real;
 use tipwatch_mechanics::state::State;
 
 fn bogie(edit: impl Fn(String) -> String) -> SuspendedMachine {
@@ -88,12 +87,7 @@ fn set_rods(suspended: &SuspendedMachine, state: &mut State<f64>, rods: &[Motion
     for (rod, &linkage) in rods.iter().zip(&suspended.linkages) {
         let linkage = &suspended.machine.linkages()[linkage];
         assert_eq!(linkage.input, LinkageInput::PivotAngle);
-        let pivot = linkage.solve_by_rod(rod).pivot;
-        state.joints[linkage.measured_joint] = Motion {
-            position: Real::atan2(pivot.sin, pivot.cos),
-            rate: pivot.rate,
-            acceleration: pivot.acceleration,
-        };
+        state.joints[linkage.measured_joint] = linkage.measured_by_rod(rod);
     }
 }
 
@@ -142,10 +136,7 @@ fn condensed_machine_equals_whole_body_model() {
             for own in [RodMotion::AtRest, RodMotion::InMotion] {
                 let mut trial = rods(suspended, seed + 0.37);
                 if own == RodMotion::AtRest {
-                    trial = trial.map(|rod| Motion {
-                        position: rod.position,
-                        ..Motion::zero()
-                    });
+                    trial = trial.map(|rod| Motion::at_rest(rod.position));
                 }
                 predicted_state.fill(suspended, &instant, &trial, own, true);
                 set_rods(suspended, &mut state, &trial);

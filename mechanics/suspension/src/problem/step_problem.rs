@@ -171,10 +171,7 @@ where
         self.by_step.copy_from_slice(&predicted_state.otf);
         for motion in &mut *motions {
             let position = Alone::variable(motion.position.value, 0);
-            *motion = Motion {
-                position,
-                ..Motion::zero()
-            };
+            *motion = Motion::at_rest(position);
         }
         predicted_state.fill(suspended, instant, motions, RodMotion::AtRest, false);
         let by = |i: usize, j: usize| {
@@ -252,10 +249,7 @@ impl ProblemSettings {
     /// Motion of a rod for a value of its variable: S(9), or at rest at the end of its move.
     fn motion<T: Real>(&self, rod: &Rod, variable: T) -> Motion<T> {
         if self.look_ahead.is_some() {
-            return Motion {
-                position: variable,
-                ..Motion::zero()
-            };
+            return Motion::at_rest(variable);
         }
         let dt = self.limits.step;
         let rate = T::constant(rod.v) + variable.scaled(dt);

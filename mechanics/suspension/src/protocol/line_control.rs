@@ -91,13 +91,7 @@ impl<'a> LineControl<'a> {
                         joints: (0..machine.joints().len()).collect(),
                     }],
                     imu: true,
-                    odometry: false,
-                    tool_wrench: false,
-                    actuators: Vec::new(),
-                    switches: 0,
-                    loads: 0,
-                    commands: 0,
-                    payload_signals: Vec::new(),
+                    ..Sensors::default()
                 },
             ),
             time_s: None,
@@ -245,11 +239,7 @@ impl<'a> LineControl<'a> {
             (Sensor::Joints(0), &self.joints[..]),
             (Sensor::Imu, &self.imu[..]),
         ] {
-            let sample = Sample {
-                sensor,
-                stamp_ns,
-                values,
-            };
+            let sample = Sample::new(sensor, stamp_ns, values);
             is_bad |= self.checks.step(&sample).is_err();
             let mut findings = self.checks.findings().iter();
             is_bad |= findings.any(|finding| finding.forbids_rows(true));

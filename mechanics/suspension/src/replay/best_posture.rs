@@ -55,10 +55,7 @@ impl BestPostures {
             for k in 0..POSITIONS {
                 let share = k as f64 / (POSITIONS - 1) as f64;
                 let position = least + (greatest - least) * share;
-                let rods = [Motion {
-                    position,
-                    ..Motion::zero()
-                }; MAX_ACTUATORS];
+                let rods = [Motion::at_rest(position); MAX_ACTUATORS];
                 replay.moved(&state, &rods[..replay.actuators()]);
                 let spread = replay.outcome().indicators.spread;
                 if spread.is_finite() && lowest.is_none_or(|(known, _)| spread < known) {

@@ -1,11 +1,13 @@
 //! Recorded states with the suspension locked, moved as requested, and in the best posture at rest.
 
 use tipwatch_mechanics::machine::{Machine, Suspension, SuspensionControl};
+use tipwatch_mechanics::state::State;
 
 use super::best_posture::BestPostures;
+use super::controlled;
+use super::moved_state::{Replay, Rods, at_rest};
 use super::recorded::RecordedRows;
 use super::track::Track;
-use super::{controlled, prescribed};
 use crate::error::SuspensionError;
 
 /// Motion of the suspension in a replay.
@@ -48,10 +50,10 @@ impl Comparison {
             .suspension()
             .cloned()
             .ok_or(SuspensionError::NoSuspension)?;
-        let fixed = prescribed::locked(machine, rows)?;
+        let fixed = locked(machine, rows)?;
         let moved = match motion {
             SuspensionMotion::Locked => fixed.clone(),
-            SuspensionMotion::Recorded => prescribed::recorded(machine, rows)?,
+            SuspensionMotion::Recorded => recorded(machine, rows)?,
             SuspensionMotion::Held => controlled::held(machine, rows, &suspension)?,
             SuspensionMotion::Controlled(control) => {
                 controlled::controlled(machine, rows, &suspension, control)?
@@ -80,4 +82,40 @@ impl Comparison {
         let share = (fixed - mean(&self.moved.spread)) / (fixed - best);
         (fixed > best && share.is_finite()).then_some(share)
     }
+}
+
+/// The rods locked in the first usable row.
+fn locked(machine: &Machine, rows: RecordedRows<'_>) -> Result<Track, SuspensionError> {
+    let mut locked: Option<Rods> = None;
+    prescribed(machine, rows, |recorded| {
+        *locked.get_or_insert_with(|| at_rest(&recorded))
+    })
+}
+
+/// The rods as recorded.
+fn recorded(machine: &Machine, rows: RecordedRows<'_>) -> Result<Track, SuspensionError> {
+    prescribed(machine, rows, |recorded| recorded)
+}
+
+fn prescribed(
+    machine: &Machine,
+    rows: RecordedRows<'_>,
+    mut motion: impl FnMut(Rods) -> Rods,
+) -> Result<Track, SuspensionError> {
+    let mut replay = Replay::new(machine)?;
+    let actuators = replay.actuators();
+    let mut track = Track::new(machine, actuators);
+    let mut state = State::zero(machine);
+    for row in 0..rows.len() {
+        rows.states.get(row, &mut state);
+        let recorded = replay.rods(&state);
+        if !rows.is_usable(row, &recorded) {
+            track.push_unknown();
+            continue;
+        }
+        let rods = motion(recorded);
+        replay.moved(&state, &rods[..actuators]);
+        track.push(&replay, &rods, None, None);
+    }
+    Ok(track)
 }

@@ -8,7 +8,6 @@ mod best_posture;
 mod comparison;
 mod controlled;
 mod moved_state;
-mod prescribed;
 mod recorded;
 mod track;
 

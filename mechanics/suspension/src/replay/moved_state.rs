@@ -15,8 +15,7 @@ use crate::prediction::{PredictedState, RodMotion};
 use tipwatch_mechanics::dynamics::kinematics::{self, SensorFrame};
 use tipwatch_mechanics::geometry::coordinate::{Coordinate, Motion};
 use tipwatch_mechanics::geometry::spatial::rotate;
-use tipwatch_mechanics::machine::{LinkageInput, Machine};
-use tipwatch_mechanics::number::Real;
+use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::{BaseState, State};
 use tipwatch_mechanics::{Outcome, Scope, Workspace, actuator_force, evaluate};
 
@@ -25,10 +24,7 @@ pub(super) type Rods = [Motion<f64>; MAX_ACTUATORS];
 
 /// The same strokes with the rods at rest.
 pub(super) fn at_rest(rods: &Rods) -> Rods {
-    rods.map(|rod| Motion {
-        position: rod.position,
-        ..Motion::zero()
-    })
+    rods.map(|rod| Motion::at_rest(rod.position))
 }
 
 /// Replaces the motion of the suspension's rods in recorded states. A step does not allocate.
@@ -86,17 +82,7 @@ impl Replay {
     /// Motion of the rods in a state (m, m/s, m/s^2), by actuator; zero beyond the machine's actuators.
     #[must_use]
     pub fn rods(&self, state: &State<f64>) -> [Motion<f64>; MAX_ACTUATORS] {
-        let mut rods = [Motion::zero(); MAX_ACTUATORS];
-        for (rod, &linkage) in rods.iter_mut().zip(&self.suspended.linkages) {
-            let linkage = &self.suspended.machine.linkages()[linkage];
-            let solved = linkage.solve(&state.joints[linkage.measured_joint]).rod;
-            *rod = Motion {
-                position: solved.displacement,
-                rate: solved.rate,
-                acceleration: solved.acceleration,
-            };
-        }
-        rods
+        self.suspended.rods(state)
     }
 
     /// The state with the given motion of the rods, by actuator, which is also evaluated. Non-finite inputs make
@@ -120,17 +106,7 @@ impl Replay {
         moved.joints.clone_from(&state.joints);
         for (rod, &linkage) in rods.iter().zip(&suspended.linkages) {
             let linkage = &machine.linkages()[linkage];
-            moved.joints[linkage.measured_joint] = match linkage.input {
-                LinkageInput::RodLength => *rod,
-                LinkageInput::PivotAngle => {
-                    let pivot = linkage.solve_by_rod(rod).pivot;
-                    Motion {
-                        position: Real::atan2(pivot.sin, pivot.cos),
-                        rate: pivot.rate,
-                        acceleration: pivot.acceleration,
-                    }
-                }
-            };
+            moved.joints[linkage.measured_joint] = linkage.measured_by_rod(rod);
         }
         kinematics::coordinates(machine, moved, coordinates);
         moved.imu = SensorFrame::of(machine, coordinates).measured(&predicted_state.base);

@@ -7,11 +7,10 @@
 //! ```
 //! A log shows the sign of a joint, its order among the others and that it has not stopped only if that lean is large.
 
-use nalgebra::{Vector1, Vector2, Vector3};
+use nalgebra::{SVector, Vector1, Vector2, Vector3};
 use tipwatch_language::{say, word};
 
 use super::band::Band;
-use super::leaky::LeakyIntegral;
 use super::lean::of_arm;
 use super::lean_model::LeanModel;
 use super::low_pass::left;
@@ -224,5 +223,25 @@ fn add_joints(
         }
         let in_band = it.band.step(step_s, &it.sum);
         it.largest = it.largest.max(in_band.norm());
+    }
+}
+
+/// The integral x of `dx/dt = r - x / T`.
+#[derive(Debug, Clone)]
+struct LeakyIntegral<const N: usize> {
+    value: SVector<f64, N>,
+}
+
+impl<const N: usize> LeakyIntegral<N> {
+    fn new() -> Self {
+        Self {
+            value: SVector::zeros(),
+        }
+    }
+
+    /// Adds the change of a step; `left`: see [`left`](super::low_pass::left). Integrals of one time constant share the
+    /// exponential.
+    fn add(&mut self, left: f64, change: &SVector<f64, N>) {
+        self.value = (self.value + change) * left;
     }
 }

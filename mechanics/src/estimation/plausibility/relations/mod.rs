@@ -23,7 +23,6 @@ mod excitation;
 mod gyro;
 mod hypotheses;
 mod inclination;
-mod leaky;
 mod lean;
 mod lean_model;
 mod likelihood;

@@ -57,12 +57,7 @@ fn found_after(
         }],
         imu: true,
         odometry: true,
-        tool_wrench: false,
-        actuators: Vec::new(),
-        switches: 0,
-        loads: 0,
-        commands: 0,
-        payload_signals: Vec::new(),
+        ..Sensors::default()
     };
     let mut relations = Relations::new(machine, &sensors);
     assert!(Rules::of(machine).limits.max_gap_s > 0.02);
@@ -119,11 +114,7 @@ fn found_after(
             ),
             (Sensor::Imu, vec![f.x, f.y, f.z, g.x, g.y, g.z, x, y, z, w]),
         ] {
-            let sample = Sample {
-                sensor,
-                stamp_ns: stamp_ns + i64::from(sensor == Sensor::Imu),
-                values: &values,
-            };
+            let sample = Sample::new(sensor, stamp_ns + i64::from(sensor == Sensor::Imu), &values);
             findings.clear();
             relations.step(&sample, SOUND, &mut findings);
             for finding in &findings {
