@@ -12,7 +12,7 @@
 
 use nalgebra::Vector3;
 use tipwatch_mechanics::estimation::plausibility::student;
-use tipwatch_mechanics::machine::{Machine, TorqueJoint};
+use tipwatch_mechanics::machine::{Machine, SupportKind, TorqueJoint};
 use tipwatch_mechanics::{Placement, Quantity, Scope, State, Workspace, evaluate};
 
 use super::episodes::{Episode, MERGED_NS, episodes_within, joined, least};
@@ -52,6 +52,10 @@ const UP_RAD: f64 = 4.0 * DEGREE;
 const FALLEN_RAD: f64 = 40.0 * DEGREE;
 /// Rotation until which a platform may rock from wheel to wheel before it tips (rad).
 const KEPT_RAD: f64 = 1.5 * DEGREE;
+/// While the machine rotates across its wheels, the ground carries the tyre further out, on its shoulder: by this share of its
+/// radius per radian, on average, up to about this rotation (rad).
+pub(crate) const SHIFT_SHARE: f64 = 0.25;
+const SHIFT_UNTIL_RAD: f64 = 0.3;
 /// Longest time before the load is near zero that the onset is searched with (s).
 const BEFORE_S: f64 = 1.5;
 
@@ -227,6 +231,31 @@ pub(super) fn size(machine: &Machine, edge: usize) -> f64 {
         .fold(0.0, f64::max)
 }
 
+/// How far out of its edge the ground carries a rotated machine (m): because wheels roll, and on the shoulders of tyres per
+/// [`SHIFT_SHARE`].
+///
+/// A wheel is a circle about its axle. The ground carries it under the axle, whichever way platform and wheel turn:
+/// ```text
+///     r tan(rotation) cos^2(edge, axle),      force along the normal times this = weight times r sin(rotation) cos^2
+/// ```
+pub(crate) fn outwards(machine: &Machine, edge: usize, rotation_rad: f64) -> [f64; 2] {
+    let wheels = machine.wheels();
+    let edge = &machine.polygon().edges()[edge];
+    let [from, to] = [edge.from, edge.to].map(|wheel| &wheels[wheel]);
+    let along = (to.centre_at_zero.xy() - from.centre_at_zero.xy()).normalize();
+    let rolls = [from, to].map(|wheel| wheel.kind == SupportKind::Wheel);
+    let by_axle = if rolls == [true; 2] {
+        along.y * along.y
+    } else {
+        0.0
+    };
+    let shoulder = SHIFT_UNTIL_RAD * (rotation_rad / SHIFT_UNTIL_RAD).tanh();
+    [
+        from.radius * rotation_rad.tan() * by_axle,
+        from.radius * shoulder * (1.0 - by_axle),
+    ]
+}
+
 /// Whether a rotation at the end of a log may be a fall: neither tyres nor ground explain it, or hardly any load is left off the
 /// edge.
 pub(crate) fn may_be_fall(turning: &Turning, table: &Table) -> bool {
@@ -358,7 +387,11 @@ impl OfEdge<'_, '_> {
         let (factors, reach) = self.factors(rows_of)?;
         let sigma_n = self.sigma(rows_of, &factors);
         let edge = self.edge;
-        let load = load_off(self.machine, rows, edge, (&factors, reach));
+        let computed = load_off(self.machine, rows, edge, (&factors, reach));
+        let load = |row: usize| {
+            let angle = rotation.angle_at(rows.times_ns[row]);
+            computed(row) + self.of_rotation(row, angle) / reach
+        };
         let near = rotation.onset(rows.times_ns[0]);
         let onset = near.and_then(|near| {
             let margin_s = onset::NEAR_SIGMAS * near.sigma_s;
@@ -401,7 +434,7 @@ impl OfEdge<'_, '_> {
                 let fallen = rotation
                     .reached(FALLEN_RAD)
                     .map_or(last, |at_ns| rows.at(at_ns));
-                self.lost(begins, fallen.min(last), sigma_n, &load)
+                self.lost(begins, fallen.min(last), sigma_n, &computed)
             })
             .flatten();
         is_by_loads |= lost.is_some();
@@ -428,6 +461,13 @@ impl OfEdge<'_, '_> {
             judged: begins,
             loads_are_right: 1.0,
         })
+    }
+
+    /// The moment about the edge by which a machine that rotates about it seems to carry less off it (N m): the ground carries
+    /// it farther out than on the plane of its wheels.
+    fn of_rotation(&self, row: usize, rotation_rad: f64) -> f64 {
+        let [rolled, shoulder] = outwards(self.machine, self.edge, rotation_rad);
+        self.rows.value(Quantity::NormalForce, row) * (rolled + SHIFT_SHARE * shoulder)
     }
 
     /// When the load off the edge passes through zero for good, in a rotation.
@@ -502,7 +542,12 @@ impl OfEdge<'_, '_> {
         }
         // The onset lies between the fall and the row by which the platform has rotated more than tyres allow.
         let rotated = first + rotation.iter().position(|&r| r >= BEYOND_TYRES_RAD)?;
-        let curve = self.curve(first, rotated, load);
+        let (_, reach) = self.factors(blank.episode)?;
+        let rotated_load = |row: usize| {
+            let angle = row.checked_sub(first).map_or(0.0, |since| rotation[since]);
+            load(row) + self.of_rotation(row, angle.max(0.0)) / reach
+        };
+        let curve = self.curve(first, rotated, &rotated_load);
         let rates = self.rates(&axis, &curve);
         let onset = onset::corner(&curve, &rates, blank.sigma_n, None);
         let begins = onset.map_or(first, |onset| self.rows.row_from(onset.at_s).min(last));

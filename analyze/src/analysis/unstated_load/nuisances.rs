@@ -2,17 +2,15 @@
 
 use nalgebra::{DMatrix, DVector};
 use tipwatch_mechanics::Parameter;
-use tipwatch_mechanics::machine::{InertiaElement, SupportKind};
+use tipwatch_mechanics::machine::InertiaElement;
 
 use super::amounts::{Scene, Unstated};
 use super::equations::{Equations, Part};
 use super::fall::Fall;
+use crate::events::{SHIFT_SHARE, outwards};
 
-/// While the machine rotates across its wheels, the ground carries the tyre further out, on its shoulder: by this share of its
-/// radius per radian, on average and as a standard deviation, up to about this rotation (rad).
-const SHIFT_SHARE: f64 = 0.25;
+/// On its shoulder, the ground carries a tyre further out by this share more or less than [`SHIFT_SHARE`], one standard deviation.
 const SHIFT_SIGMA: f64 = 0.25;
-const SHIFT_UNTIL_RAD: f64 = 0.3;
 /// While it rotates along them, the ground carries a wheel under its axle. A tyre is no circle by this share.
 const ROLL_SIGMA: f64 = 0.1;
 /// Places in the normal distribution that are equally probable: by so many standard deviations an onset may be off.
@@ -61,7 +59,8 @@ impl Nuisances {
         };
         let [rolled, shifted] = [0, 1].map(|of: usize| {
             let shift = |row: usize| {
-                let shift_m = outwards(scene, equations.rows[row].rotation_rad)[of];
+                let rotation_rad = equations.rows[row].rotation_rad;
+                let shift_m = outwards(scene.machine, scene.edge, rotation_rad)[of];
                 // the true edge is further out: the true moment about it is smaller
                 -computed[row].normal_n * shift_m
             };
@@ -119,30 +118,6 @@ fn uncertain(scene: &Scene<'_>) -> Vec<(Unstated, f64)> {
     }
     all.retain(|(_, sigma)| *sigma > 0.0);
     all
-}
-
-/// How far out of its edge the ground carries a rotated machine (m): because wheels roll, and on the shoulders of tyres.
-///
-/// A wheel is a circle about its axle. The ground carries it under the axle, whichever way platform and wheel turn:
-/// ```text
-///     r tan(rotation) cos^2(edge, axle),      force along the normal times this = weight times r sin(rotation) cos^2
-/// ```
-fn outwards(scene: &Scene<'_>, rotation_rad: f64) -> [f64; 2] {
-    let wheels = scene.machine.wheels();
-    let edge = &scene.machine.polygon().edges()[scene.edge];
-    let [from, to] = [edge.from, edge.to].map(|wheel| &wheels[wheel]);
-    let along = (to.centre_at_zero.xy() - from.centre_at_zero.xy()).normalize();
-    let rolls = [from, to].map(|wheel| wheel.kind == SupportKind::Wheel);
-    let by_axle = if rolls == [true; 2] {
-        along.y * along.y
-    } else {
-        0.0
-    };
-    let shoulder = SHIFT_UNTIL_RAD * (rotation_rad / SHIFT_UNTIL_RAD).tanh();
-    [
-        from.radius * rotation_rad.tan() * by_axle,
-        from.radius * shoulder * (1.0 - by_axle),
-    ]
 }
 
 /// What the wheels off the edge still carry in each equation, for each of [`ONSETS`]: until the true onset the moment that they
