@@ -124,7 +124,8 @@ class Node:
         """The last places are kept for monitor, control, recorder and acknowledgement."""
         free = most - self.header.numbers["RESERVED_READERS"]
         if taken >= free:
-            raise RuntimeError(f"{self.service} {kind}: expected fewer than {free} {what}, found {taken}; the others are kept")
+            found = f"expected fewer than {free} {what}, found {taken}; the other places are kept"
+            raise RuntimeError(f"{self.service} {kind}: {found}")
 
     def events(self, kind):
         """The event service of the same name; None if there is none."""
