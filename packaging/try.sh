@@ -18,7 +18,10 @@ shopt -s nullglob
 # the machine in C finds headers and library, and acknowledges an alarm of the monitor: library folder, example, monitor, and what
 # pkg-config is told
 try_client() {
-    command -v cc >/dev/null && command -v pkg-config >/dev/null || return 0
+    if ! { command -v cc && command -v pkg-config; } >/dev/null; then
+        echo "not tried: the library for C, for want of cc or pkg-config" >&2
+        return 0
+    fi
     local library=$1 example=$2 monitor=$3 found machine=$root/tests/data/tiny.toml prefix=try$$_
     shift 3
     found=$(env "$@" PKG_CONFIG_PATH="$library/pkgconfig" pkg-config --cflags --libs tipwatch_client)
@@ -52,6 +55,8 @@ for package in "$out"/*.deb; do
         sed "s#/usr/bin/tipwatch-live#$work/root/usr/bin/tipwatch-live#; /^Documentation=/d" "$unit" >"$(basename "$unit")"
         if command -v systemd-analyze >/dev/null; then
             systemd-analyze verify "./$(basename "$unit")"
+        else
+            echo "not tried: $(basename "$unit"), for want of systemd-analyze" >&2
         fi
     done
     for page in root/usr/share/man/man1/*.1.gz; do
@@ -59,6 +64,8 @@ for package in "$out"/*.deb; do
         if command -v groff >/dev/null; then
             gunzip -c "$page" | groff -man -Tutf8 -ww -z 2>warnings || true
             test ! -s warnings || { echo "$page"; head -3 warnings; }
+        else
+            echo "not tried: $(basename "$page"), for want of groff" >&2
         fi
     done
     folders=(root/usr/lib/*-linux-gnu)

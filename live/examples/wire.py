@@ -105,7 +105,7 @@ class Node:
             iox2.AttributeKey.new(texts["LAYOUT_ATTRIBUTE"]),
             iox2.AttributeValue.new(texts[f"{upper}_LAYOUT"]),
         )
-        return (
+        service = (
             self.builder(kind)
             .publish_subscribe(self.header.messages[kind])
             .enable_safe_overflow(bool(numbers["SAFE_OVERFLOW"]))
@@ -117,6 +117,15 @@ class Node:
             .max_nodes(numbers["MAX_NODES"])
             .open_or_create_with_attributes(attribute)
         )
+        self.leave_places(kind, "programs", len(service.nodes) - 1, numbers["MAX_NODES"])
+        return service
+
+    def leave_places(self, kind, what, taken, most):
+        """The last places are kept for monitor, control, recorder and acknowledgement."""
+        free = most - self.header.numbers["RESERVED_READERS"]
+        if taken >= free:
+            found = f"expected fewer than {free} {what}, found {taken}; the other places are kept"
+            raise RuntimeError(f"{self.service} {kind}: {found}")
 
     def events(self, kind):
         """The event service of the same name; None if there is none."""
@@ -135,6 +144,9 @@ class Writer:
         self.header = node.header
         self.message = self.header.messages[kind]()
         self.service = node.messages(kind)
+        writers = node.header.numbers[f"{kind.upper()}_WRITERS"]
+        if writers > 1:
+            node.leave_places(kind, "writers", self.service.dynamic_config.number_of_publishers, writers)
         self.publisher = self.service.publisher_builder().create()
         self.events = node.events(kind)
         self.notifier = self.events and self.events.notifier_builder().create()
@@ -170,6 +182,8 @@ class Reader:
     def __init__(self, node, kind, listens=False):
         self.kind = node.header.messages[kind]
         self.service = node.messages(kind)
+        readers = self.service.dynamic_config.number_of_subscribers
+        node.leave_places(kind, "readers", readers, node.header.numbers["MAX_READERS"])
         size = node.header.numbers[f"{kind.upper()}_BUFFER"]
         self.subscriber = self.service.subscriber_builder().buffer_size(size).create()
         self.events = node.events(kind) if listens else None

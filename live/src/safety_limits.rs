@@ -28,6 +28,12 @@ pub const MAX_DELAY_NS: i64 = 100 * MS;
 /// How far a sensor's smallest delay may drift from that of its first second (a caution): stamps that run at another
 /// speed. One per cent is found after 6 s, a factor of two after 2 s (as late data after 0.2 s).
 pub const MAX_DRIFT_NS: i64 = 50 * MS;
+/// How fast the clock of the stamps may run away from this computer's (s/s) and is followed: crystals are wrong by up to 50 ppm
+/// each over temperature and age.
+pub const MAX_CLOCK_DRIFT: f64 = 100e-6;
+/// How far a clock of the stamps that runs slow is followed in a session. It cannot be told from a delay that grows as slowly for
+/// all sensors alike, so this is how much of such a delay may stay unseen: eight hours at half of [`MAX_CLOCK_DRIFT`].
+pub const MAX_HIDDEN_DELAY_NS: i64 = 1_500 * MS;
 /// The time over which the smallest delay is taken: delays of single samples vary, their minimum does not.
 pub const DRIFT_WINDOW_NS: i64 = SECOND;
 /// A sensor is late after this many of its periods (a caution) ...

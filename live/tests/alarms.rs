@@ -401,6 +401,11 @@ fn contradiction_stays_until_another_commissioning() {
     let cases = [
         ("the drive of before, assessed again", old.clone(), false),
         ("a file of version 1", unstamped(&old), false),
+        (
+            "a drive by a clock since the start of a controller",
+            from(Timestamp::UNIX_EPOCH + SignedDuration::from_hours(1), &[]),
+            false,
+        ),
         ("three seconds of standing", from(after, &[""]), false),
         (
             "a drive without the arm",

@@ -11,7 +11,9 @@ use tipwatch_live::wire::session::{Progress, Session};
 use tipwatch_live::wire::topics::{
     EVENT_BETWEEN, EVENT_ROW, Kind, Wire, WireCommand, WireSample, WireVerdict,
 };
-use tipwatch_mechanics::verdict::{InputFault, InputFaults, Level};
+use tipwatch_mechanics::machine::Proofs;
+use tipwatch_mechanics::state::{Reason, Reasons};
+use tipwatch_mechanics::verdict::{Basis, InputFault, InputFaults, Level};
 
 use crate::support::standing::{
     SESSION, START, follows, move_rods, seal_sample, seal_verdict, standing, verdict,
@@ -261,6 +263,47 @@ fn motion_is_permitted_by_known_levels_without_a_latched_fault() {
     }
 }
 
+/// Whatever the level. That the alarm is not on the disk says nothing of the sensors.
+// requirement: TW-CONTROL-04
+#[test]
+fn valves_do_not_follow_doubted_sensors() {
+    let none = InputFaults::NONE;
+    let unsaved = InputFaults::from(InputFault::AlarmUnsaved);
+    let mut both = InputFaults::from(InputFault::Stale);
+    both.add_all(unsaved);
+    let contradicted = {
+        let mut reasons = Reasons::NONE;
+        reasons.add(Reason::Contradiction);
+        u32::from(reasons.bits())
+    };
+    for (basis, cautions, held_reasons, permits) in [
+        (Basis::Assumed, none, 0, true),
+        (Basis::Doubted, none, 0, false),
+        (Basis::Doubted, none, contradicted, false),
+        (Basis::Doubted, InputFault::Stale.into(), 0, false),
+        (Basis::Doubted, unsaved, 0, true),
+        (Basis::Doubted, unsaved, contradicted, false),
+        (Basis::Doubted, both, 0, false),
+    ] {
+        for level in [Level::Warning, Level::Danger] {
+            let mut bench = Bench::new();
+            bench.runs_in(0.0);
+            bench.is_judged = false;
+            let mut verdict = bench.verdict(level);
+            verdict.basis = basis as u32;
+            verdict.held_cautions = cautions.bits();
+            verdict.held_reasons = held_reasons;
+            seal_verdict(&mut verdict, standing().session.machine_hash);
+            bench.control.verdict(&verdict);
+            let follows = bench.row().mode() == Mode::Follow;
+            assert_eq!(
+                follows, permits,
+                "{level:?} {basis:?} {cautions:?} {held_reasons}"
+            );
+        }
+    }
+}
+
 // requirement: TW-CONTROL-03
 #[test]
 fn verdicts_that_are_damaged_or_of_others_are_ignored() {
@@ -367,7 +410,15 @@ fn controls_do_not_begin_with_an_impossible_posture() {
         bench.row();
         assert!(bench.has(HoldReason::RowInvalid), "{k}");
     }
+    // back where it was, it has jumped: somebody must say that it can be trusted
     bench.rods[0] = -0.18;
+    for k in 0..300 {
+        assert_ne!(bench.row().mode(), Mode::Follow, "{k}");
+    }
+    let mut verdict = bench.verdict(Level::Safe);
+    verdict.acknowledged_signals = Proofs::ALL.bits();
+    seal_verdict(&mut verdict, standing().session.machine_hash);
+    bench.control.verdict(&verdict);
     bench.runs_in(0.0);
 }
 

@@ -336,3 +336,30 @@ fn acknowledgements_count_for_the_fault_that_was_seen() {
     bench.row();
     assert!(!bench.last.has_rod_fault());
 }
+
+/// The end of a session mends no rod: the control that stays holds in the next one, too.
+// requirement: TW-CONTROL-07
+#[test]
+fn rod_that_does_not_obey_is_known_in_the_session_after_the_end() {
+    let mut bench = Bench::following("over", true, 0.05);
+    bench.obedience = 0.0;
+    let mut rows = 0;
+    while !bench.last.has_rod_fault() {
+        bench.row();
+        rows += 1;
+        assert!(rows < 1000, "{:?}", bench.last);
+    }
+    bench.send(&mut WireSample::end(), SESSION);
+    for _ in 0..60 {
+        bench.pass(MS);
+        bench.cycle(false);
+    }
+    assert_eq!((bench.last.session, bench.last.mode()), (0, Mode::Hold));
+    bench.sessions.send_raw(&announcement(NEXT)).unwrap();
+    for _ in 0..60 {
+        bench.pass(MS);
+        bench.cycle(false);
+    }
+    assert_eq!(bench.last.session, NEXT);
+    assert!(bench.last.has_rod_fault(), "{:?}", bench.last);
+}

@@ -111,6 +111,31 @@ fn stamps_at_another_speed_are_found() {
     }
 }
 
+/// Two sound clocks drift apart: stamps that lead by less than is borne, and run fast as crystals do.
+// requirement: TW-FAULT-05
+#[test]
+fn stamps_of_a_clock_that_drifts_as_crystals_do_are_no_fault() {
+    let world = World::new("drift");
+    let mut feed = Feed::with(
+        &world.join(),
+        MACHINE,
+        Steered::monitor(&world, MACHINE),
+        |session| session.clock.stamp_ns -= 48 * MS,
+    );
+    feed.wait_for_monitor();
+    feed.run_in();
+    let verdicts = sent(&mut feed, 40.0, |sample, since_ns| {
+        shift(sample, since_ns / 10_000);
+    });
+    // 48 ms, and 4 ms more
+    let fault = verdicts.iter().find(|v| {
+        let conditions = v.conditions();
+        conditions.faults.has(InputFault::ClockJump)
+            || conditions.cautions.has(InputFault::ClockJump)
+    });
+    assert!(fault.is_none(), "{:?}", fault.map(WireVerdict::conditions));
+}
+
 #[test]
 fn delays_that_vary_stay_safe() {
     let world = World::new("jitter");

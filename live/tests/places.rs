@@ -3,9 +3,10 @@
 
 use std::time::{Duration, Instant};
 
-use tipwatch_live::node::{EventListener, LiveNode, Receiver};
+use tipwatch_live::node::{EventListener, LiveNode, Receiver, Sender};
 use tipwatch_live::wire::topics::{
-    MAX_READERS, RESERVED_READERS, Topic, WireAcknowledge, WireSample, WireSession, WireVerdict,
+    MAX_READERS, RESERVED_READERS, Topic, WireAcknowledge, WireProgress, WireSample, WireSession,
+    WireVerdict,
 };
 
 use crate::support::killing::Reading;
@@ -98,6 +99,40 @@ fn monitor_and_acknowledgement_wait_for_a_place_and_name_who_holds_them() {
     let monitor = world.monitor(&machine, &["--quiet", "--stay"]).end();
     assert_eq!(monitor.status.code(), Some(1));
     assert!(monitor.err.contains(&own), "{}", monitor.err);
+}
+
+/// Writers, notifiers and programs that have a service open are limited, too.
+// requirement: TW-VERDICT-30
+#[test]
+fn too_many_writers_are_refused_and_those_of_others_keep_no_monitor_from_its_start() {
+    let world = World::new("writers");
+    let node = world.join();
+    let refused =
+        |error: anyhow::Error| assert!(format!("{error:#}").contains("places"), "{error:#}");
+    let mut writers: Vec<Sender<WireProgress>> = Vec::new();
+    while writers.len() < FREE {
+        writers.push(node.sender(1, 1).unwrap());
+    }
+    refused(node.sender::<WireProgress>(1, 1).unwrap_err());
+    let _acknowledging: Vec<Sender<WireAcknowledge>> =
+        (0..FREE).map(|_| node.sender(1, 1).unwrap()).collect();
+    refused(node.sender::<WireAcknowledge>(1, 1).unwrap_err());
+    // as if they were not of Tipwatch: they leave no place
+    let foreign = LiveNode::new(&world.address(), "tipwatch-record").unwrap();
+    while writers.len() < MAX_READERS {
+        writers.push(foreign.sender(1, 1).unwrap());
+    }
+    let notifiers: Vec<_> = (0..MAX_READERS)
+        .map(|_| foreign.event_notifier::<WireSample>().unwrap())
+        .collect();
+    let machine = data(&format!("{MACHINE}.toml"));
+    let monitor = world.monitor(&machine, &["--quiet", "--stay", "--wake", "event"]);
+    let reading = Reading(node.receiver().unwrap());
+    let producing = Producing::start(&world.address(), MACHINE);
+    reading.wait_for("a verdict of a session", |verdict| verdict.session != 0);
+    producing.end();
+    monitor.kill();
+    drop((writers, notifiers));
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Which acknowledgements count: those of somebody who has seen the alarm, or that a signal is doubted.
 
-use tipwatch_mechanics::machine::Proofs;
+use tipwatch_mechanics::machine::{Proof, Proofs};
 
 use crate::wire::command::HoldReason;
 use crate::wire::topics::{ALARM_BEGINS, Wire, WireAcknowledge, WireCommand, WireVerdict};
@@ -54,6 +54,12 @@ impl AlarmSeen {
                 _ => first.or(Some(sequence)),
             };
         }
+    }
+
+    /// A doubted signal has failed once more: who has seen verdicts up to now, `sequence` is the number of the next, has not seen
+    /// that.
+    pub fn fails_again(&mut self, signal: Proof, sequence: u64) {
+        self.first_doubting[signal.place() as usize] = Some(sequence);
     }
 
     /// Tells of a command whether it carries an alarm, a rod that does not obey; `sequence` is its own number.
@@ -130,8 +136,6 @@ impl WireCommand {
 
 #[cfg(test)]
 mod tests {
-    use tipwatch_mechanics::machine::Proof;
-
     use super::*;
     use crate::wire::command::HoldReasons;
     use crate::wire::topics::Head;

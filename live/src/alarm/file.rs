@@ -5,7 +5,8 @@
 //! ```
 //! Whoever changes the machine file gets another hash. The alarm is then taken over from the files of machines of the same
 //! identity, which is the name with the serial number; IDENTITY_CRC32 is its checksum. A machine file that states a serial number
-//! for the first time has another identity, too: files of its name alone are of this machine. CONTRADICTION is `-`, or the time at which
+//! for the first time has another identity, too: files of its name alone are of this machine, and so are those of its name with a
+//! serial number, unless they are monitored, of a machine whose file states none. CONTRADICTION is `-`, or the time at which
 //! the sensors were contradicted last (UTC). It is never erased: a commissioning whose drive is later overrules it, an earlier one
 //! does not. DOUBTED is `-`, or the signals that failed visibly, see [`super::doubted`]. Version 3 has none. Version 2 names no time
 //! either; its contradictions count as of when they are read.
@@ -83,8 +84,8 @@ pub struct AlarmFile {
     folder: PathBuf,
     machine_hash: u64,
     identity_checksum: u32,
-    /// Checksum of its identity before its machine file stated a serial number.
-    unnumbered_checksum: Option<u32>,
+    /// Checksums of the identities that it has had if its machine file stated a serial number later, or does so no more.
+    before: Vec<u32>,
 }
 
 impl AlarmFile {
@@ -95,14 +96,15 @@ impl AlarmFile {
             folder: folder.into(),
             machine_hash,
             identity_checksum: crc32fast::hash(identity.as_bytes()),
-            unnumbered_checksum: None,
+            before: Vec::new(),
         }
     }
 
-    /// The same, of a machine that had this identity before its machine file stated a serial number, if it states one.
+    /// The same, of a machine that may have had these identities.
     #[must_use]
-    pub(super) fn once_unnumbered(mut self, identity: Option<&str>) -> Self {
-        self.unnumbered_checksum = identity.map(|identity| crc32fast::hash(identity.as_bytes()));
+    pub(super) fn once(mut self, identities: &[String]) -> Self {
+        let checksums = identities.iter().map(|it| crc32fast::hash(it.as_bytes()));
+        self.before = checksums.collect();
         self
     }
 
@@ -129,9 +131,8 @@ impl AlarmFile {
                 ..self.clone()
             };
             let identity = file.written_identity();
-            let is_ours = |identity| {
-                identity == self.identity_checksum || Some(identity) == self.unnumbered_checksum
-            };
+            let is_ours =
+                |identity| identity == self.identity_checksum || self.before.contains(&identity);
             if machine_hash == self.machine_hash || identity.is_some_and(|it| !is_ours(it)) {
                 continue;
             }

@@ -4,6 +4,7 @@ mod acknowledgement;
 mod doubted;
 mod exchange;
 mod file;
+mod identity_lock;
 mod store;
 
 pub use acknowledgement::{Acknowledged, AlarmSeen};

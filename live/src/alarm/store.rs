@@ -13,6 +13,7 @@ use tipwatch_mechanics::verdict::{Latch, Level};
 use super::doubted::DoubtedSignals;
 use super::exchange::Exchange;
 use super::file::{AlarmFile, Kept};
+use super::identity_lock::{IdentityLock, once_numbered};
 use crate::safety_limits::ALARM_SAVE_NS;
 use crate::system::clock::monotonic_ns;
 use crate::system::sync::{Mutex, MutexGuard, PoisonError};
@@ -48,22 +49,30 @@ pub struct AlarmStore {
     is_handed_over: bool,
     /// When the alarm last changed (ns).
     changed_ns: i64,
+    /// No other monitor of the machine has it.
+    _lock: Option<IdentityLock>,
 }
 
 impl AlarmStore {
     /// Opens the store of the machine with this hash and identity; `unnumbered` is what that was before its machine file stated a
-    /// serial number, if it states one. Returns what is on the disk, also of its files of before. A file
+    /// serial number, if it states one; one that states none takes over what its name had with a serial number. Returns what is on
+    /// the disk, also of its files of before. A file
     /// that cannot be read counts as a latched fault. If the folder cannot be written, [`Self::is_unsaved`] tells.
     ///
     /// # Errors
-    /// No thread can be started.
+    /// Another monitor of the machine has the folder, or no thread can be started.
     pub fn open(
         folder: &Path,
         machine_hash: u64,
         identity: &str,
         unnumbered: Option<&str>,
     ) -> Result<(Self, Kept)> {
-        let file = AlarmFile::new(folder, machine_hash, identity).once_unnumbered(unnumbered);
+        let lock = IdentityLock::take(folder, identity)?;
+        let before = match unnumbered {
+            Some(name) => vec![name.to_owned()],
+            None => once_numbered(folder, identity),
+        };
+        let file = AlarmFile::new(folder, machine_hash, identity).once(&before);
         let fault = Kept::alarm(Latch::raised(Level::Fault));
         let predecessors = file.predecessors();
         let mut kept = file.read().unwrap_or_else(|error| {
@@ -116,6 +125,7 @@ impl AlarmStore {
             number: 0,
             is_handed_over: true,
             changed_ns: monotonic_ns(),
+            _lock: lock,
         };
         Ok((store, kept))
     }
@@ -280,6 +290,46 @@ mod tests {
         drop(store);
         assert_eq!(numbered(5).1, Kept::default());
         assert_eq!(open(folder.path(), 3, "m").1, Kept::default());
+    }
+
+    /// Nor does whoever takes it away: two machines of one name with other serial numbers stay apart.
+    // requirement: TW-VERDICT-20
+    #[test]
+    fn alarm_is_taken_over_by_a_machine_that_loses_its_serial_number() {
+        let folder = tempfile::tempdir().unwrap();
+        let numbered = |hash, number: &str| {
+            let identity = format!("\"m\" \"{number}\"");
+            AlarmStore::open(folder.path(), hash, &identity, Some("m")).unwrap()
+        };
+        let danger = Kept::alarm(Latch::raised(Level::Danger));
+        let (mut store, _) = numbered(3, "7");
+        store.keep(&danger);
+        assert_eq!(numbered(4, "8").1, Kept::default());
+        // it is monitored with its number: the one without is another machine
+        assert_eq!(open(folder.path(), 5, "m").1, Kept::default());
+        drop(store);
+        assert_eq!(open(folder.path(), 6, "another").1, Kept::default());
+        let (store, kept) = open(folder.path(), 5, "m");
+        assert_eq!(kept, danger);
+        drop(store);
+        // and back
+        assert_eq!(numbered(3, "7").1, danger);
+    }
+
+    /// What one of two was told to forget, the other would write again.
+    // requirement: TW-VERDICT-20
+    #[test]
+    fn second_store_of_a_machine_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let first = open(folder.path(), 3, "m");
+        let second = AlarmStore::open(folder.path(), 4, "m", None);
+        let error = second.unwrap_err().to_string();
+        assert!(
+            error.contains("another monitor of the machine m"),
+            "{error}"
+        );
+        drop(first);
+        open(folder.path(), 4, "m");
     }
 
     // requirement: TW-VERDICT-20

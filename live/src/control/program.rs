@@ -39,6 +39,8 @@ struct Host<'a> {
     commands: ExpiringSender<'a, WireCommand>,
     /// The commands that tell of a rod that does not obey.
     faults: AlarmSeen,
+    /// The control of the session that was over last: the next one goes on from its rods.
+    ended: Option<Box<Control>>,
 }
 
 impl Host<'_> {
@@ -61,8 +63,12 @@ impl SessionHost for Host<'_> {
         // valves never follow a clock that cannot be checked
         let (session, machine, sensors) =
             open_session(announced, self.file, self.urdf, Untimed::Refused)?;
-        Control::new(machine, &sensors, &session, self.commands.now_ns())
-            .with_context(|| self.file.path.display().to_string())
+        let mut control = Control::new(machine, &sensors, &session, self.commands.now_ns())
+            .with_context(|| self.file.path.display().to_string())?;
+        if let Some(ended) = self.ended.take() {
+            control.succeed(&ended);
+        }
+        Ok(control)
     }
 
     fn succeed(&mut self, next: &mut Control, before: Control) -> Result<()> {
@@ -103,6 +109,7 @@ impl<'a> ControlProgram<'a> {
                 urdf,
                 commands: ExpiringSender::new(node, source, hash, clock)?,
                 faults: AlarmSeen::new(source, hash),
+                ended: None,
             },
             idle_ns: i64::MIN,
             counts: SampleCounts::default(),
@@ -172,7 +179,7 @@ impl<'a> ControlProgram<'a> {
         host.commands.check()?;
         let is_done = follower.active.as_ref().is_some_and(Control::is_done);
         if is_done {
-            follower.active = None;
+            host.ended = follower.active.take().map(Box::new);
         }
         let is_last = is_done && !self.options.stays || must_end && follower.active.is_none();
         Ok(if is_last {

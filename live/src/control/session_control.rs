@@ -4,17 +4,19 @@
 //!     samples -> guard -> estimator -> optimiser, once per step -> valve law, every row -> openings
 //!     verdicts ----------------------> may valves follow? no: close them slowly and hold
 //! ```
-//! Valves follow only while rows are valid, the verdict is fresh, without a fault and not unknown, and the
+//! Valves follow only while rows are valid, the verdict is fresh, without a fault, neither unknown nor doubted, and the
 //! rods obey. On any doubt the valves close at [`CLOSING_RATE`] and stay closed: with counterbalance
 //! valves that holds the platform. Danger does not stop the control: that is when it helps. Nor does Assumed: nothing speaks
 //! against the sensors then, and the load guard leaves every wheel at least what locked rods would leave it.
 //!
+//! What is told of the alarm's file is no doubt of what is measured.
+//!
 //! [`CLOSING_RATE`]: crate::safety_limits::CLOSING_RATE
 
 use anyhow::{Context, Result, bail};
-use tipwatch_mechanics::machine::SuspensionControl;
+use tipwatch_mechanics::machine::{Proofs, SuspensionControl};
 use tipwatch_mechanics::state::Sensors;
-use tipwatch_mechanics::verdict::{Conditions, Level};
+use tipwatch_mechanics::verdict::{Basis, Conditions, InputFault, Level, Verdict};
 use tipwatch_mechanics::{Machine, standing_posture};
 use tipwatch_suspension::{Controller, MAX_ACTUATORS, Replay, RodFault};
 
@@ -154,12 +156,18 @@ impl Control {
         if !wire.is_whole() || !is_ours {
             return;
         }
+        // somebody trusts these signals as they are now: the verdicts on the rows that follow do, too
+        self.input
+            .trust(Proofs::from_bits(wire.acknowledged_signals));
         let verdict = wire.verdict();
         let is_known = !matches!(verdict.level, Level::Unknown | Level::Fault);
         // Danger outranks faults of values in the level, but valves do not move by them.
         let has_faults = !verdict.held.faults.is_empty();
         self.verdict = Some(SeenVerdict {
-            permits_motion: is_known && !has_faults && verdict.latched_level != Level::Fault,
+            permits_motion: is_known
+                && !has_faults
+                && !is_doubted(&verdict)
+                && verdict.latched_level != Level::Fault,
             valid_until_ns: wire.valid_until_ns,
         });
         self.message.verdict_sequence = wire.sequence;
@@ -187,8 +195,8 @@ impl Control {
     fn row(&mut self, row: &CompletedRow, now_ns: i64, publish: &mut Publish<'_>) -> Result<()> {
         let estimate = self.input.estimate();
         let time_ns = estimate.time_ns;
-        // Valves move by measured rods, not by bridged ones.
-        self.row_is_valid = estimate.reasons.leave_loads() && row.joints_are_measured;
+        // Valves move by measured rods, not by bridged ones, and by signals that nothing contradicts.
+        self.row_is_valid = estimate.reasons.is_empty() && row.joints_are_measured;
         if self.controller.is_none()
             && let Some(posture) =
                 standing_posture(&self.machine, &estimate.state, estimate.reasons)
@@ -327,6 +335,16 @@ impl Control {
         self.valves.write_to(&mut self.message);
         self.published_ns = publish(&mut self.message);
     }
+}
+
+/// Whether the sensors are doubted, by which the valves would move.
+fn is_doubted(verdict: &Verdict) -> bool {
+    let held = verdict.held;
+    let mut cautions = held.cautions.iter();
+    let is_of_the_file = !held.cautions.is_empty()
+        && cautions.all(|caution| caution == InputFault::AlarmUnsaved)
+        && held.reasons.is_empty();
+    verdict.basis == Basis::Doubted && !is_of_the_file
 }
 
 /// Steps of equal length in the time of rows, which do not come in step with it.

@@ -6,7 +6,7 @@ use tipwatch_mechanics::machine::{FaultKind, Policy};
 use tipwatch_mechanics::state::{Sample, SampleError, Sensors};
 use tipwatch_mechanics::verdict::{Conditions, InputFault};
 
-use super::delay::Delay;
+use super::delay::{ClockDrift, Delay};
 use super::sensor_watch::{Age, SensorWatch};
 use crate::safety_limits::{
     DEADLINE_NS, LOSS_WINDOW_NS, MAX_CLOCK_LEAD_NS, MAX_LOST_SAMPLES, PERSISTENT, START_UP_NS,
@@ -24,6 +24,8 @@ pub struct Guard {
     /// Where the sensors' clock stands, and how many times as fast as real time it runs; `None` where real time
     /// is not checked.
     clock: Option<(StampClock, f64)>,
+    /// By how much that clock has drifted since.
+    drift: ClockDrift,
     /// The longest gap that the estimator bridges (ns).
     max_gap_ns: i64,
     started_ns: i64,
@@ -108,6 +110,7 @@ impl Guard {
             session: session.id,
             machine_hash: session.machine_hash,
             clock: (session.pace > 0.0).then_some((session.clock, session.pace)),
+            drift: ClockDrift::default(),
             max_gap_ns,
             started_ns,
             received_ns: started_ns,
@@ -247,9 +250,12 @@ impl Guard {
             && !jumps
         {
             let measured_ns = clock.measured_ns(sample.stamp_ns, pace);
-            let delay_ns = published_ns.saturating_sub(measured_ns);
+            let delay_ns = (self.drift).without(published_ns.saturating_sub(measured_ns));
             delay = Delay::of(delay_ns, self.max_gap_ns);
             drifts = watch.drift.take(published_ns, delay_ns);
+            if let Some(excess_ns) = watch.drift.excess_ns(delay_ns) {
+                self.drift.take(published_ns, excess_ns);
+            }
             jumps = delay == Delay::Ahead
                 || watch.clock_jumps(sample.stamp_ns, published_ns, pace, self.max_gap_ns);
         }

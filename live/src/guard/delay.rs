@@ -1,12 +1,16 @@
 //! Delay of a sensor's samples from measurement to publication: bounded absolutely, and in its drift.
 //!
 //! ```text
-//!     delay = published - measured,   measured = clock_host_ns + (stamp - clock_stamp_ns) / pace
+//!     delay = published - measured,   measured = clock_host_ns + (stamp - clock_stamp_ns) / pace - drift
 //! ```
-//! The smallest delay of a second hardly varies, whatever single samples do. If it moves away from that of the
-//! first second, the stamps run at another speed than the session declares.
+//! The smallest delay of a second hardly varies, whatever single samples do. Two sound clocks drift apart slowly: the smallest
+//! delay of all sensors, each against its own first second, is followed no faster than crystals drift. What moves away faster, or
+//! alone among the sensors, are stamps that run at another speed than the session declares, or a delay that grows.
 
-use crate::safety_limits::{DRIFT_WINDOW_NS, MAX_DELAY_NS, MAX_DRIFT_NS, MAX_STAMP_LEAD_NS};
+use crate::safety_limits::{
+    DRIFT_WINDOW_NS, MAX_CLOCK_DRIFT, MAX_DELAY_NS, MAX_DRIFT_NS, MAX_HIDDEN_DELAY_NS,
+    MAX_STAMP_LEAD_NS,
+};
 
 /// What a delay means.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,6 +58,55 @@ impl DriftWatch {
         self.window = Some((published_ns, delay_ns));
         self.drifts
     }
+
+    /// How much longer a delay is than the smallest of the first window (ns); `None` before that is complete.
+    pub(super) fn excess_ns(&self, delay_ns: i64) -> Option<i64> {
+        Some(delay_ns.saturating_sub(self.first_ns?))
+    }
+}
+
+/// Follows the clock of the stamps, which all sensors of a session share, as it drifts away from this computer's.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct ClockDrift {
+    /// By how much delays have grown by it (ns); negative if the stamps run fast.
+    drift_ns: i64,
+    /// Begin and last publication of the window (ns), and the smallest excess of a delay in it (ns).
+    window: Option<(i64, i64, i64)>,
+    /// Last publication of the window before (ns).
+    followed_ns: Option<i64>,
+    /// How far it may be followed now (ns): what the clocks may have drifted since they were found to agree.
+    reach_ns: f64,
+}
+
+impl ClockDrift {
+    /// The delay (ns) without what the clocks have drifted.
+    pub(super) fn without(&self, delay_ns: i64) -> i64 {
+        delay_ns.saturating_sub(self.drift_ns)
+    }
+
+    /// Takes by how much a sample's delay without drift exceeds the smallest of its sensor's first window (ns).
+    pub(super) fn take(&mut self, published_ns: i64, excess_ns: i64) {
+        let begun = (published_ns, published_ns, excess_ns);
+        let (begin_ns, last_ns, least_ns) = *self.window.get_or_insert(begun);
+        if published_ns.saturating_sub(begin_ns) < DRIFT_WINDOW_NS {
+            let last_ns = last_ns.max(published_ns);
+            self.window = Some((begin_ns, last_ns, least_ns.min(excess_ns)));
+            return;
+        }
+        let since_ns =
+            last_ns.saturating_sub(self.followed_ns.replace(last_ns).unwrap_or(begin_ns));
+        self.reach_ns += since_ns.max(0) as f64 * MAX_CLOCK_DRIFT;
+        let reach_ns = self.reach_ns as i64;
+        let step_ns = least_ns.clamp(-reach_ns, reach_ns);
+        self.reach_ns = match step_ns == least_ns {
+            true => 0.0,
+            false => 0.0_f64.max(self.reach_ns - step_ns.unsigned_abs() as f64),
+        };
+        let before_ns = self.drift_ns;
+        self.drift_ns = before_ns.saturating_add(step_ns).min(MAX_HIDDEN_DELAY_NS);
+        let excess_ns = excess_ns.saturating_sub(self.drift_ns - before_ns);
+        self.window = Some((published_ns, published_ns, excess_ns));
+    }
 }
 
 #[cfg(test)]
@@ -81,6 +134,88 @@ mod tests {
         for (speed, within_s) in [(0.5, 2.1), (2.0, 2.1), (0.99, 7.1), (1.01, 7.1)] {
             let found = found_after_s(speed);
             assert!(found.is_some_and(|s| s <= within_s), "{speed}: {found:?}");
+        }
+    }
+
+    /// What two sensors show that publish ten times a second for so long (s): after what time (s) the first of them is found to
+    /// drift or to be measured after its publication, and its largest delay without drift (ns). Delays by time (s).
+    fn followed(seconds: i64, delays_ns: [&dyn Fn(f64) -> f64; 2]) -> (Option<f64>, i64) {
+        let (mut clock, mut watches) = (ClockDrift::default(), [DriftWatch::default(); 2]);
+        let (mut found, mut largest_ns) = (None, 0);
+        for sample in 0..seconds * 10 {
+            let (published_ns, s) = (sample * 100 * MS, sample as f64 * 0.1);
+            for (index, watch) in watches.iter_mut().enumerate() {
+                let jitter_ns = (sample * 7919 % 40) * MS / 10;
+                let delay_ns = clock.without(delays_ns[index](s) as i64 + jitter_ns);
+                let drifts = watch.take(published_ns, delay_ns);
+                if let Some(excess_ns) = watch.excess_ns(delay_ns) {
+                    clock.take(published_ns, excess_ns);
+                }
+                if index == 0 {
+                    let is_wrong = drifts || Delay::of(delay_ns, 250 * MS) != Delay::InTime;
+                    found = found.or(is_wrong.then_some(s));
+                    largest_ns = largest_ns.max(delay_ns);
+                }
+            }
+        }
+        (found, largest_ns)
+    }
+
+    // requirement: TW-FAULT-05, TW-FAULT-06
+    #[test]
+    fn sound_clocks_drift_for_a_shift_and_are_followed() {
+        const SHIFT_S: i64 = 8 * 3600;
+        for ppm in [-50.0, -20.0, -1.7, 1.7, 20.0, 50.0, 100.0] {
+            let drifts = |s: f64| 5e6 - s * 1e3 * ppm;
+            let (found, largest_ns) = followed(SHIFT_S, [&drifts, &drifts]);
+            assert_eq!(found, None, "{ppm} ppm");
+            assert!(largest_ns < 20 * MS, "{ppm} ppm: {largest_ns} ns");
+        }
+        // and through a pause in which nothing is published
+        let (mut clock, pause_ns) = (ClockDrift::default(), 3_600_000 * MS);
+        for second in 0..4 {
+            clock.take(second * 1000 * MS, 0);
+        }
+        for second in 4..8 {
+            let excess_ns = clock.without(-70 * MS);
+            clock.take(pause_ns + second * 1000 * MS, excess_ns);
+        }
+        assert_eq!(clock.without(-70 * MS), 0);
+    }
+
+    /// A drift that no crystal has is found; so is one sensor alone whose delays grow, however slowly, and all of them once they
+    /// have grown by what may stay unseen.
+    // requirement: TW-FAULT-02, TW-FAULT-06
+    #[test]
+    fn delays_that_grow_are_not_taken_for_a_clock_beyond_the_stated_bound() {
+        let still = |_: f64| 5e6;
+        let by = |ppm: f64| move |s: f64| 5e6 + s * 1e3 * ppm;
+        for ppm in [1000.0, -1000.0] {
+            let found = followed(100, [&by(ppm), &by(ppm)]).0;
+            assert!(
+                found.is_some_and(|s| (50.0..65.0).contains(&s)),
+                "{found:?}"
+            );
+        }
+        let alone = followed(1000, [&by(100.0), &still]).0;
+        assert!(
+            alone.is_some_and(|s| (400.0..520.0).contains(&s)),
+            "{alone:?}"
+        );
+        // 1.5 s are followed, and 0.1 s are borne
+        let all = followed(18_000, [&by(100.0), &by(100.0)]).0;
+        assert!(
+            all.is_some_and(|s| (15_000.0..16_000.0).contains(&s)),
+            "{all:?}"
+        );
+        // a step is found at once, and not followed away
+        for step in [-60e6, 110e6] {
+            let stepped = |s: f64| 5e6 + if s < 60.0 { 0.0 } else { step };
+            let found = followed(120, [&stepped, &stepped]).0;
+            assert!(
+                found.is_some_and(|s| (60.0..62.0).contains(&s)),
+                "{found:?}"
+            );
         }
     }
 

@@ -5,6 +5,9 @@ use tipwatch_binding::Commissioning;
 use tipwatch_mechanics::Machine;
 use tipwatch_mechanics::machine::{Proof, Proofs};
 
+use super::session_monitor::of_shared_places;
+use crate::system::clock::knows_the_day;
+
 /// Why a contradiction stands.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Stands {
@@ -12,7 +15,10 @@ pub enum Stands {
     #[error("the machine is not commissioned")]
     NotCommissioned,
     /// A file of version 1, or a drive without samples.
-    #[error("the bound commissioning does not say when its drive was recorded")]
+    #[error(
+        "the bound commissioning does not say when its drive was recorded, or by a clock that does not know the time of day: make it \
+         on the machine (tipwatch-live check-machine)"
+    )]
     DriveOfUnknownTime,
     /// The drive shows how the sensors were before.
     #[error("the drive of the bound commissioning begins before it, at {0}")]
@@ -23,6 +29,9 @@ pub enum Stands {
     /// It shows too little.
     #[error("the bound commissioning has not proven: {0}")]
     NotProven(String),
+    /// A joint that has jumped: its sign and scale are what they were.
+    #[error("no commissioning shows where the zero of a joint is")]
+    NoZeroChecked,
 }
 
 /// Whether a commissioning overrules a contradiction of this time: its drive must have begun later, and have proven every signal
@@ -45,6 +54,7 @@ pub fn overrules(
         return Err(Stands::DriveAhead(begins));
     }
     let mut open = needed.without(commissioning.proven(machine));
+    open.add_all(needed.shared_with(of_shared_places(machine.joints().len())));
     // no drive shows the ground that comes
     open.remove(Proof::Ground);
     match open.is_empty() {
@@ -53,8 +63,31 @@ pub fn overrules(
     }
 }
 
-/// When its drive began, by the stamps of the sensors.
+/// Whether a commissioning overrules the doubt of a signal that has failed visibly at this time. Of the specific force it has shown
+/// mounting and scale. The zero of a joint it has not, which is what is wrong after a jump.
+///
+/// # Errors
+/// The doubt stands.
+pub(super) fn overrules_doubt(
+    commissioning: Option<&Commissioning>,
+    since: Timestamp,
+    signal: Proof,
+    machine: &Machine,
+) -> Result<(), Stands> {
+    match signal {
+        Proof::Joint(_) => Err(Stands::NoZeroChecked),
+        _ => overrules(
+            commissioning,
+            since,
+            [signal].into_iter().collect(),
+            machine,
+        ),
+    }
+}
+
+/// When its drive began; `None` where it does not say so, or by a clock that does not know the time of day.
 pub(super) fn recorded_from(commissioning: &Commissioning) -> Option<Timestamp> {
     let stamp_ns = commissioning.recorded_from_ns?;
-    Timestamp::from_nanosecond(stamp_ns.into()).ok()
+    let begins = Timestamp::from_nanosecond(stamp_ns.into()).ok()?;
+    knows_the_day(stamp_ns).then_some(begins)
 }

@@ -12,7 +12,7 @@ use tipwatch_mechanics::verdict::{
     Conditions, HeldProblems, InputFault, InputFaults, Level, Verdict,
 };
 
-use super::contradiction::{Stands, overrules, recorded_from};
+use super::contradiction::{Stands, overrules, overrules_doubt, recorded_from};
 use super::observer::Observer;
 use super::session_monitor::{Monitor, measured};
 use crate::alarm::{
@@ -139,13 +139,22 @@ impl Cycle<'_, '_> {
     }
 
     /// What is kept, and this doubt, since when it was kept `before`.
-    fn doubting(&self, before: &DoubtedSignals, doubt: &SignalDoubt, machine: &Machine) -> Kept {
+    fn doubting(
+        &mut self,
+        before: &DoubtedSignals,
+        doubt: &SignalDoubt,
+        machine: &Machine,
+    ) -> Kept {
         let Some(name) = SignalName::of(doubt.signal, machine) else {
             return self.kept.contradicted_at(self.after_the_drive());
         };
-        let known = before.find(&name);
+        let before = before.find(&name);
         // the mean of a specific force goes on changing: what was found first suffices
-        let known = known.filter(|it| it.by == doubt.by || doubt.signal == Proof::SpecificForce);
+        let known = before.filter(|it| it.by == doubt.by || doubt.signal == Proof::SpecificForce);
+        if before.is_some() && known.is_none() {
+            let (_, next) = self.outputs.verdicts.next();
+            self.outputs.alarm.fails_again(doubt.signal, next);
+        }
         let found = || DoubtedSignal {
             name,
             by: doubt.by,
@@ -165,9 +174,8 @@ impl Cycle<'_, '_> {
                 *self.kept = self.kept.doubting(*signal);
                 continue;
             };
-            let needed = [doubt.signal].into_iter().collect();
             let commissioning = self.outputs.commissioning;
-            match overrules(commissioning, signal.since, needed, machine) {
+            match overrules_doubt(commissioning, signal.since, doubt.signal, machine) {
                 Ok(()) => eprintln!("monitor: {}: proven by the commissioning", signal.name),
                 Err(stands) => {
                     tell_doubt(signal, &stands);
@@ -382,6 +390,10 @@ impl<'a> MonitorProgram<'a> {
             follower.look_for_session(&mut cycle)?;
         }
         let progress = follower.take_samples(&mut cycle)?;
+        if let Some(monitor) = &follower.active {
+            // before what was acknowledged by verdicts of before
+            cycle.keep_doubts(monitor);
+        }
         while let Some(acknowledged) = self.acknowledgements.receive(|message| *message)? {
             let (_, next) = cycle.outputs.verdicts.next();
             let Some(acknowledged) = cycle.outputs.alarm.acknowledged(&acknowledged, next) else {

@@ -2,7 +2,7 @@
 
 use tipwatch_mechanics::Machine;
 use tipwatch_mechanics::estimation::plausibility::{Excitation, SignalDoubt};
-use tipwatch_mechanics::machine::{Proof, Proofs};
+use tipwatch_mechanics::machine::{Proof, Proofs, SessionProofs};
 use tipwatch_mechanics::prediction::PacedPredictor;
 use tipwatch_mechanics::state::Sensors;
 use tipwatch_mechanics::studies::measured_loads::LoadWatch;
@@ -218,6 +218,7 @@ impl Monitor {
         }
         let estimate = self.input.estimate();
         let time_ns = estimate.time_ns;
+        let unproven = self.unproven(estimate.shown);
         let loads = (self.ground).row(time_ns, &estimate.state, estimate.reasons);
         let (outcome, reasons) = (loads.outcome, loads.reasons);
         let utilisation = outcome.map_or(f64::NAN, |outcome| outcome.uncertainty.utilisation);
@@ -231,7 +232,7 @@ impl Monitor {
             utilisation,
             is_wheel_unloaded: outcome.is_some_and(|of| of.otf.iter().any(|otf| *otf <= 0.0)),
             rotates: estimate.rotates,
-            unproven: estimate.shown.unproven(self.needed, self.commissioned),
+            unproven,
             conditions: row.conditions,
             is_acknowledged,
         });
@@ -261,6 +262,14 @@ impl Monitor {
                 Timeliness::InTime
             },
         );
+    }
+
+    /// What is not proven of what the loads hang on. Of joints that share a place it is not known which was proven.
+    fn unproven(&self, shown: SessionProofs) -> Proofs {
+        let mut unproven = shown.unproven(self.needed, self.commissioned);
+        let shared = of_shared_places(self.machine.joints().len());
+        unproven.add_all(self.needed.shared_with(shared));
+        unproven
     }
 
     /// Ends a cycle, after all samples that waited: publishes a verdict that has become worse, and at least
@@ -304,6 +313,14 @@ impl Monitor {
     }
 }
 
+/// The joints of a machine with so many of them that share one place in sets of proofs: none of them counts as proven.
+pub(super) fn of_shared_places(joints: usize) -> Proofs {
+    let last = joints.checked_sub(1).map(Proof::Joint);
+    let before = joints.checked_sub(2).map(Proof::Joint);
+    let is_shared = last.map(Proof::place) == before.map(Proof::place);
+    last.filter(|_| is_shared).into_iter().collect()
+}
+
 /// The joints and the specific force that the sensors of a session measure.
 pub(super) fn measured(sensors: &Sensors) -> Proofs {
     let joints = sensors.joints.iter().flat_map(|stream| &stream.joints);
@@ -311,4 +328,19 @@ pub(super) fn measured(sensors: &Sensors) -> Proofs {
     joints
         .chain(sensors.imu.then_some(Proof::SpecificForce))
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // requirement: TW-VERDICT-28
+    #[test]
+    fn joints_that_share_a_place_are_found() {
+        let places = 56;
+        assert!((0..=places).all(|joints| of_shared_places(joints).is_empty()));
+        let shared = of_shared_places(places + 1);
+        assert!(shared.has(Proof::Joint(places)) && shared.has(Proof::Joint(places - 1)));
+        assert!(!shared.has(Proof::Joint(places - 2)));
+    }
 }

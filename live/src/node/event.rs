@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, ensure};
 use iceoryx2::port::listener::Listener;
-use iceoryx2::port::notifier::Notifier;
+use iceoryx2::port::notifier::{Notifier, NotifierCreateError};
 use iceoryx2::prelude::PortFactory as _;
 use iceoryx2::prelude::*;
 use iceoryx2::service::port_factory::event::PortFactory;
@@ -31,22 +31,33 @@ fn events(node: &Node<ipc::Service>, name: &str) -> Result<Events> {
 /// Wakes the listeners of a service.
 #[derive(Debug)]
 pub struct EventNotifier {
-    notifier: Notifier<ipc::Service>,
+    /// `None` where others hold all places.
+    notifier: Option<Notifier<ipc::Service>>,
     events: Events,
 }
 
 impl EventNotifier {
     pub(super) fn new(node: &Node<ipc::Service>, name: &str) -> Result<Self> {
         let events = events(node, name)?;
-        let notifier = events.notifier_builder().create().map_err(cause)?;
+        let notifier = match events.notifier_builder().create() {
+            Err(NotifierCreateError::ExceedsMaxSupportedNotifiers) => {
+                eprintln!(
+                    "events \"{name}\": all {MAX_READERS} places of notifiers are taken: readers are not woken, and look by themselves"
+                );
+                None
+            }
+            notifier => Some(notifier.map_err(cause)?),
+        };
         Ok(Self { notifier, events })
     }
 
     /// Wakes all listeners; almost free if there are none. A listener that misses it wakes up by itself after
     /// [`MAX_WAIT`](crate::safety_limits::MAX_WAIT).
     pub fn notify(&self) {
-        if self.events.dynamic_config().number_of_listeners() > 0 {
-            let _ = self.notifier.notify();
+        if let Some(notifier) = &self.notifier
+            && self.events.dynamic_config().number_of_listeners() > 0
+        {
+            let _ = notifier.notify();
         }
     }
 }

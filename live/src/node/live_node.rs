@@ -18,7 +18,8 @@ use super::port::{Receiver, Sender};
 use super::room::{PORT_BYTES, of_writer, require, reserve};
 use crate::system::signals::{self, Interrupted};
 use crate::wire::topics::{
-    LAYOUT_ATTRIBUTE, MAX_BORROWED, MAX_NODES, MAX_READERS, RESERVED_READERS, SAFE_OVERFLOW, Topic,
+    LAYOUT_ATTRIBUTE, MAX_BORROWED, MAX_NODES, MAX_READERS, ONE_WRITER, RESERVED_READERS,
+    SAFE_OVERFLOW, Topic,
 };
 
 /// How long a writer waits for the slot of one that has died.
@@ -118,6 +119,16 @@ impl LiveNode {
     pub fn sender<T: Topic>(&self, source: u64, machine_hash: u64) -> Result<Sender<T>> {
         let memory = Path::new(SHARED_MEMORY);
         require(memory, of_writer::<T>())?;
+        if T::WRITERS > ONE_WRITER && !self.has_place {
+            let writers = self.writers::<T>()?;
+            let free = T::WRITERS - RESERVED_READERS;
+            ensure!(
+                writers < free,
+                "service \"{}\": expected fewer than {free} writers, found {writers}; the last {RESERVED_READERS} places are kept for \
+                 monitor, control, recorder and acknowledgement",
+                self.service_name::<T>()
+            );
+        }
         let start = Instant::now();
         let sender = loop {
             match Sender::new(self.service::<T>()?, source, machine_hash) {
@@ -132,6 +143,28 @@ impl LiveNode {
         let prefix = self.node.config().global.prefix.to_string();
         reserve(memory, &prefix, sender.id(), of_writer::<T>())?;
         Ok(sender)
+    }
+
+    /// The same; `None`, which is told, for a program whose place is kept where writers that are not of Tipwatch hold all places.
+    ///
+    /// # Errors
+    /// As of [`Self::sender`].
+    pub(super) fn sender_if_free<T: Topic>(&self) -> Result<Option<Sender<T>>> {
+        match self.sender(0, 0) {
+            Err(error) if self.has_place && self.writers::<T>()? >= T::WRITERS => {
+                eprintln!(
+                    "{error:#}; all {} places are taken: a replay that waits for its readers waits for this one in vain",
+                    T::WRITERS
+                );
+                Ok(None)
+            }
+            sender => sender.map(Some),
+        }
+    }
+
+    fn writers<T: Topic>(&self) -> Result<usize> {
+        let service = self.service::<T>()?;
+        Ok(service.dynamic_config().number_of_publishers())
     }
 
     /// A reader of messages of this type.

@@ -15,7 +15,8 @@ const REPORT_SAMPLES: u32 = 64;
 pub struct SampleReader {
     samples: Receiver<WireSample>,
     sessions: Receiver<WireSession>,
-    progress: Sender<WireProgress>,
+    /// `None` where others hold all places.
+    progress: Option<Sender<WireProgress>>,
     reports: bool,
     session: u64,
     next: u64,
@@ -31,7 +32,7 @@ impl SampleReader {
     pub fn new(node: &LiveNode) -> Result<Self> {
         // the session first: a producer takes a reader of samples as ready
         let sessions = node.receiver()?;
-        let progress = node.sender(0, 0)?;
+        let progress = node.sender_if_free()?;
         Ok(Self {
             samples: node.receiver()?,
             sessions,
@@ -108,6 +109,9 @@ impl SampleReader {
         if !self.reports {
             return Ok(());
         }
+        let Some(progress) = &mut self.progress else {
+            return Ok(());
+        };
         let reader = self.samples.id();
         let mut report = WireProgress {
             reader_low: reader as u64,
@@ -115,7 +119,7 @@ impl SampleReader {
             next: self.next,
             ..WireProgress::blank()
         };
-        self.progress.send_as(self.session, &mut report)
+        progress.send_as(self.session, &mut report)
     }
 }
 

@@ -19,7 +19,7 @@ use tipwatch_mechanics::state::Sensors;
 
 use crate::guard::{Admitted, Guard};
 use crate::node::{LiveNode, SessionFollower, SessionHost, pause};
-use crate::system::clock::{monotonic_ns, unix_ns};
+use crate::system::clock::{knows_the_day, monotonic_ns, unix_ns};
 use crate::system::signals;
 use crate::wire::opening::{Untimed, open_session};
 use crate::wire::session::Progress;
@@ -39,6 +39,10 @@ struct Guided {
     sensors: Sensors,
     guard: Guard,
     recording: Recording,
+    /// Whether it is the replay of a log.
+    is_replayed: bool,
+    /// When it began by this computer (ns since 1970).
+    begun_ns: i64,
     /// Samples taken.
     taken: u64,
     /// Their hashes, one over the other.
@@ -77,6 +81,13 @@ impl Guided {
         }
     }
 
+    /// When the drive began (ns since 1970): by its stamps, since a session can be the replay of an old log. Stamps that do not know
+    /// the day, such as those since the start of a controller, are those of a drive of now, unless the session is such a replay.
+    fn recorded_from_ns(&self) -> Option<i64> {
+        let first_ns = self.recording.first_ns()?;
+        Some(began_ns(first_ns, self.begun_ns, self.is_replayed))
+    }
+
     fn rehash(&mut self) {
         let mut bytes = std::mem::take(&mut self.hash).into_bytes();
         bytes.append(&mut self.unhashed);
@@ -96,6 +107,9 @@ impl SessionHost for Host<'_> {
             open_session(announced, self.file, self.urdf, Untimed::Allowed)?;
         Ok(Guided {
             id: session.id,
+            // the length of a log is known, and its clock is another
+            is_replayed: session.total_samples > 0 || session.pace != 1.0,
+            begun_ns: unix_ns(),
             guard: Guard::new(&session, &machine, &sensors, monotonic_ns()),
             recording: Recording::new(&sensors),
             machine,
@@ -181,8 +195,7 @@ pub fn commission(
             sha256: guided.hash.clone(),
             tipwatch_version: env!("CARGO_PKG_VERSION").into(),
             made_at: now(),
-            // by its stamps: a session can be the replay of an old log
-            recorded_from_ns: guided.recording.first_ns(),
+            recorded_from_ns: guided.recorded_from_ns(),
         };
         let result = Commissioning::new(file, urdf, source, &assessment);
         std::fs::write(path, result.to_json())
@@ -192,6 +205,14 @@ pub fn commission(
         assessment,
         lost: guided.guard.counts().lost,
     })
+}
+
+/// When a drive began, by its first stamp and by this computer (ns since 1970).
+fn began_ns(first_stamp_ns: i64, begun_ns: i64, is_replayed: bool) -> i64 {
+    match is_replayed || knows_the_day(first_stamp_ns) {
+        true => first_stamp_ns,
+        false => begun_ns,
+    }
 }
 
 /// Now, in UTC.
@@ -372,5 +393,24 @@ impl Guide {
                 _ => None,
             },
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // requirement: TW-VERDICT-29
+    #[test]
+    fn drive_of_a_controller_that_does_not_know_the_day_is_of_now_unless_it_is_replayed() {
+        const DAY_NS: i64 = 86_400_000_000_000;
+        let now_ns = 20_000 * DAY_NS;
+        for (first_ns, is_replayed, expected_ns) in [
+            (DAY_NS, false, now_ns),
+            (DAY_NS, true, DAY_NS),
+            (now_ns - 30 * DAY_NS, false, now_ns - 30 * DAY_NS),
+        ] {
+            assert_eq!(began_ns(first_ns, now_ns, is_replayed), expected_ns);
+        }
     }
 }

@@ -18,7 +18,8 @@ pub enum Trigger {
     Warning,
     /// The level is danger; the clip lasts as long as it is.
     Danger,
-    /// A wheel carries no load in a valid row: its overturning force is zero or less. The clip lasts as long as it does.
+    /// A wheel carries no load in a row with loads, doubted or not: its overturning force is zero or less. The clip lasts as long
+    /// as it does.
     LiftOff,
     /// The level becomes fault: the machine is not monitored any more. Only the change counts, because a fault may
     /// last for hours.
@@ -42,7 +43,7 @@ impl Trigger {
             Self::LiftOff => {
                 let wheels = verdict.otf.iter().take(verdict.wheel_count as usize);
                 verdict.event == EVENT_ROW
-                    && verdict.reasons == 0
+                    && verdict.row_reasons().leave_loads()
                     && wheels.into_iter().any(|&otf| otf <= 0.0)
             }
             Self::Fault => level == Level::Fault && before != Some(Level::Fault),
@@ -75,12 +76,20 @@ impl TriggerWatch {
 
 #[cfg(test)]
 mod tests {
+    use tipwatch_mechanics::state::{Reason, Reasons};
+
     use super::*;
 
     fn at(level: Level) -> WireVerdict {
         let mut verdict = WireVerdict::unknown();
         (verdict.level, verdict.event, verdict.wheel_count) = (level as u32, EVENT_ROW, 4);
         verdict
+    }
+
+    fn doubt() -> u32 {
+        let mut reasons = Reasons::NONE;
+        reasons.add(Reason::Contradiction);
+        reasons.bits().into()
     }
 
     /// What each level triggers, for every single condition.
@@ -115,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn lift_off_needs_a_valid_row_and_a_wheel_of_the_machine() {
+    fn lift_off_needs_a_row_with_loads_and_a_wheel_of_the_machine() {
         let lifted = |wheel: usize, change: fn(&mut WireVerdict)| {
             let mut verdict = at(Level::Danger);
             verdict.otf[..4].fill(100.0);
@@ -125,6 +134,11 @@ mod tests {
         };
         assert_eq!(lifted(3, |_| ()), Some(Trigger::LiftOff));
         assert_eq!(lifted(4, |_| ()), None);
+        // a doubt of the sensors is no reason to throw away what they showed
+        assert_eq!(
+            lifted(3, |verdict| verdict.reasons = doubt()),
+            Some(Trigger::LiftOff)
+        );
         assert_eq!(lifted(3, |verdict| verdict.reasons = 1), None);
         assert_eq!(lifted(3, |verdict| verdict.event = 2), None);
     }

@@ -41,3 +41,11 @@ pub fn unix_ns() -> i64 {
         i64::try_from(since.as_nanos()).unwrap_or(i64::MAX)
     })
 }
+
+/// Whether a time (ns since 1970) is that of a clock that knows the time of day. Clocks that count from the start of a controller,
+/// or have lost their battery, are before the year 2000.
+#[must_use]
+pub fn knows_the_day(time_ns: i64) -> bool {
+    const YEAR_2000_NS: i64 = 946_684_800_000_000_000;
+    time_ns >= YEAR_2000_NS
+}

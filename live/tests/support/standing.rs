@@ -8,7 +8,7 @@ use tipwatch_live::wire::session::{Session, StampClock, machine_hash};
 use tipwatch_live::wire::topics::{Head, Kind, Wire, WireCommand, WireSample, WireVerdict};
 use tipwatch_mechanics::Machine;
 use tipwatch_mechanics::state::Sensors;
-use tipwatch_mechanics::verdict::Level;
+use tipwatch_mechanics::verdict::{Basis, Level};
 
 use super::feed::{machine, samples};
 
@@ -112,6 +112,7 @@ pub fn verdict(level: Level, now_ns: i64) -> WireVerdict {
         session: SESSION,
         level: level as u32,
         latched_level: level as u32,
+        basis: Basis::Proven as u32,
         valid_until_ns: now_ns + VALIDITY_NS,
         ..WireVerdict::unknown()
     };
