@@ -30,7 +30,7 @@ def main():
     same = 0
     for name in names:
         of_arrow = [chunk.buffers()[1].address for chunk in arrow.column(name).chunks]
-        of_frame = [chunk._get_buffer_info()[0] for chunk in frame[name].get_chunks()]
+        of_frame = [chunk.to_arrow().buffers()[1].address for chunk in frame[name].get_chunks()]
         # one chunk that is known throughout is one array
         numbers = arrow.column(name).chunk(0).to_numpy(zero_copy_only=False)
         assert len(numbers)
