@@ -107,7 +107,11 @@ impl Memory {
             DataType::Float64 => ("f8", of_type::<Float64Type>(&self.0)),
             _ => ("i8", of_type::<Int64Type>(&self.0)),
         };
-        let order = if cfg!(target_endian = "little") { '<' } else { '>' };
+        let order = if cfg!(target_endian = "little") {
+            '<'
+        } else {
+            '>'
+        };
         let interface = PyDict::new(py);
         interface.set_item("version", 3)?;
         interface.set_item("typestr", format!("{order}{kind}"))?;

@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use std::sync::Arc;
 
 use anyhow::anyhow;
-use arrow_array::ffi_stream::FFI_ArrowArrayStream;
 use arrow_array::ffi::{FFI_ArrowArray, FFI_ArrowSchema};
+use arrow_array::ffi_stream::FFI_ArrowArrayStream;
 use arrow_array::{Array, RecordBatch, RecordBatchIterator, new_empty_array};
 use arrow_ipc::reader::StreamReader;
 use arrow_ipc::writer::StreamWriter;
@@ -164,7 +164,10 @@ fn place(schema: &Schema, name: &str) -> Result<usize, String> {
     let lacks = |_| {
         let all = schema.fields().iter().map(|field| field.name());
         let far = |other: &String| strsim::damerau_levenshtein(name, other);
-        let mut near: Vec<&String> = all.clone().filter(|other| far(other) <= MOST_WRONG).collect();
+        let mut near: Vec<&String> = all
+            .clone()
+            .filter(|other| far(other) <= MOST_WRONG)
+            .collect();
         near.sort_by_key(|other| far(other));
         near.truncate(MOST_NEAR);
         let near = match near.is_empty() {
@@ -537,7 +540,9 @@ impl Column {
             && let Some(view) = view_of(py, &columns)?
         {
             keywords.set_item("copy", copy)?;
-            return py.import("numpy")?.call_method("array", (view,), Some(&keywords));
+            return py
+                .import("numpy")?
+                .call_method("array", (view,), Some(&keywords));
         }
         if copy == Some(false) {
             return Err(PyValueError::new_err(

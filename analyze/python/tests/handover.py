@@ -20,7 +20,7 @@ LOG_S = 11.0
 
 
 def main():
-    rows = int(sys.argv[1]) if len(sys.argv) > 1 else 5_000_000
+    rows = int(sys.argv[1]) if len(sys.argv) > 1 else 100_000
     table = tw.read(DATA / "tiny_lift.mcap", DATA / "tiny_lift.toml", rate=rows / LOG_S)
     before = memory()
     arrow, arrow_s = timed(lambda: pa.table(table))

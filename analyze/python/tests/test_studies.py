@@ -110,6 +110,21 @@ def test_a_fleet_tells_its_notes_and_is_opened_again(tmp_path):
         tw.Fleet(tmp_path)
 
 
+def test_the_tasks_of_an_engine_tell_notes_once(tmp_path):
+    from tipwatch import _tipwatch
+
+    (tmp_path / "logs").mkdir()
+    shutil.copy(DATA / "tiny.mcap", tmp_path / "logs")
+    (tmp_path / "logs" / "weather.csv").write_text("time,wind\n0,1\n")
+    task = _tipwatch.FleetTask(tmp_path / "fleet", machine=DATA / "tiny_lift.toml", reports="none")
+    for _ in range(2):
+        ((log, _),) = task.logs([tmp_path / "logs"])
+        assert task.run(log) is None
+        with pytest.warns(UserWarning, match="left out"):
+            fleet = task.gather(tmp_path / "fleet", [log], None, None, None, False)
+        assert len(fleet.notes) == 1
+
+
 def test_logs_are_named_by_anything_that_has_paths(tmp_path):
     def totals(logs, name):
         return tw.screen(logs, machine=DATA / "tiny_lift.toml", out=tmp_path / name, reports="none").totals["logs"]

@@ -149,7 +149,9 @@ impl FleetTask {
                 prune,
                 options: self.options,
             };
-            gather(&asked, gate(policy.as_ref(), min_valid), &|told| self.notes.take(told))
+            gather(&asked, gate(policy.as_ref(), min_valid), &|told| {
+                self.notes.take(told)
+            })
         });
         let fleet = gathered.and_then(|found| Fleet::of(out, found, self.notes.drain()));
         Fleet::told(py, fleet.map_err(|error| exception(&error))?)

@@ -84,7 +84,9 @@ fn reason(error: &PolarsError) -> String {
     let text = error.to_string();
     if let PolarsError::Duplicate(_) = error {
         let name = text.split('\'').nth(1).unwrap_or_default();
-        return format!("expected a name of its own for each column, found \"{name}\" twice: AS gives another");
+        return format!(
+            "expected a name of its own for each column, found \"{name}\" twice: AS gives another"
+        );
     }
     let (first, more) = text.split_once('\n').unwrap_or((&text, ""));
     let first = first.split("; valid columns:").next().unwrap_or(first);

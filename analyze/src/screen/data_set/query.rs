@@ -59,7 +59,10 @@ pub fn query(data_set: &Path, sql: &str) -> Result<Answer> {
             None => fetch(&place, &keys, fetched.path())?,
         };
         let table = scan(name, &files)?;
-        for spelled in written.iter().filter(|spelled| spelled.eq_ignore_ascii_case(name)) {
+        for spelled in written
+            .iter()
+            .filter(|spelled| spelled.eq_ignore_ascii_case(name))
+        {
             context.register(spelled, table.clone());
         }
     }
