@@ -60,7 +60,8 @@ impl Found {
     /// this is only known where another of the logs beside it is there: what is not mounted looks like an empty folder.
     pub(super) fn is_missing(&self, path: &Path) -> bool {
         // a folder that was named and is away is listed, too
-        let may_be_folder = || !is_log(path) && self.searched.iter().any(|place| place == path);
+        let is_file = || is_log(path) || is_table(path) || ends_with_any(path, &TRACE_ENDINGS);
+        let may_be_folder = || !is_file() && self.searched.iter().any(|place| place == path);
         if Location::is_remote_path(path)
             || !self.is_listed(path)
             || path.exists()

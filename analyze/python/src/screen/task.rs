@@ -150,7 +150,7 @@ impl FleetTask {
                 options: self.options,
             };
             gather(&asked, gate(policy.as_ref(), min_valid), &|told| {
-                self.notes.take(told)
+                self.notes.take(told);
             })
         });
         let fleet = gathered.and_then(|found| Fleet::of(out, found, self.notes.drain()));

@@ -82,7 +82,9 @@ pub(super) fn text(sql: &str, error: &PolarsError, named: &BTreeSet<String>) -> 
 /// The sentence of an error, without what only the authors of its library can read.
 fn reason(error: &PolarsError) -> String {
     let text = error.to_string();
-    if let PolarsError::Duplicate(_) = error {
+    let is_twice = text.starts_with("duplicate: ")
+        || text.starts_with("the name '") && text.contains("is duplicate");
+    if is_twice {
         let name = text.split('\'').nth(1).unwrap_or_default();
         return format!(
             "expected a name of its own for each column, found \"{name}\" twice: AS gives another"

@@ -334,7 +334,7 @@ fn json(value: &AnyValue<'_>) -> Value {
         }
         _ if value.is_integer() => value.extract::<i64>().map_or(Value::Null, Value::from),
         AnyValue::Date(day) => Day(*day).date().map_or(Value::Null, Value::from),
-        AnyValue::Datetime(time, unit, _) => {
+        AnyValue::Datetime(time, unit, _) | AnyValue::DatetimeOwned(time, unit, _) => {
             match (time / parts(*unit)).unsigned_abs() < FARTHEST_S {
                 true => AnyValue::Datetime(*time, *unit, None).to_string().into(),
                 false => (*time).into(),
