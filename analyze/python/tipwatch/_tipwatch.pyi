@@ -50,8 +50,9 @@ class TipwatchError(Exception):
 class Table:
     """A table: columns of equal length with names and units.
 
-    ``table["load_fl"]`` is one column, ``table[["time_ns", "load_fl"]]`` a table of two, ``table[:100]`` one of its first rows; ``to_polars()``, ``to_arrow()`` and ``to_pandas()`` make the table of a library. polars,
-    pyarrow and DuckDB take it without copying, by the Arrow PyCapsule interface (``polars.DataFrame(table)``); pandas copies."""
+    ``table["load_fl"]`` is one column, ``table[["time_ns", "load_fl"]]`` a table of two, ``table[:100]`` one of its first
+    rows; ``to_polars()``, ``to_arrow()`` and ``to_pandas()`` make the table of a library. polars, pyarrow and DuckDB take it
+    without copying, by the Arrow PyCapsule interface (``polars.DataFrame(table)``); pandas copies."""
     @property
     def columns(self) -> list[str]:
         """Names of the columns."""
