@@ -386,6 +386,23 @@ mod needs_browser {
         });
         run_python(&[text(&script), text(&report.unwrap())]);
     }
+
+    #[test]
+    #[ignore = "needs Chromium and Python with websocket-client"]
+    fn the_page_of_a_fleet_works_in_a_browser() {
+        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/browser/fleet.py");
+        let folder = TempDir::new().unwrap();
+        let out = folder.path().join("fleet");
+        let logs =
+            ["tip_over", "swing_lift", "hard_brake"].map(|name| data(&format!("{name}.mcap")));
+        let machine = data("tip_over.toml");
+        let asked = [&["screen"][..], &logs.each_ref().map(|log| text(log))].concat();
+        let more = ["--machine", text(&machine), "--out", text(&out)];
+        let done = tipwatch(&[&asked[..], &more].concat());
+        assert!(out.join("fleet.html").exists(), "{}", stderr(&done));
+        run_python(&[text(&script), text(&out.join("fleet.html"))]);
+    }
+
     /// Pages beside the report: of a fleet, of a comparison, of a supposition.
     #[test]
     #[ignore = "needs Chromium and Python with websocket-client and axe-playwright-python"]

@@ -656,6 +656,21 @@ fn a_data_set_answers_sql() {
         assert_eq!(rows[0]["logs"], logs, "{since}");
     }
 
+    // times are texts that people and programs read; the name of a table has no case
+    let rows = ask(
+        &out,
+        "SELECT max(LOGS.day) - min(LOGS.day) AS span, CAST(1780000000500000 AS TIMESTAMP) AS at, \
+         CAST(9223372036854775807 AS TIMESTAMP) AS far FROM LOGS",
+    );
+    let span = rows[0]["span"].as_str().unwrap();
+    assert!(span.ends_with('d') || span == "0µs", "{rows}");
+    assert_eq!(rows[0]["at"], "2026-05-28 20:26:40.500", "{rows}");
+    assert_eq!(rows[0]["far"], i64::MAX, "{rows}");
+    assert_eq!(
+        ask(&out, "SHOW TABLES"),
+        serde_json::json!([{"name": "comparisons"}, {"name": "events"}, {"name": "logs"}])
+    );
+
     let run = |more: &[&str]| {
         let mut args = vec!["query", text(&out)];
         args.extend(more);
@@ -722,6 +737,11 @@ fn a_data_set_answers_sql() {
         ("SELECT * FROM machines", "logs, events and comparisons"),
         ("SELECT path FROM logs GROUP BY machine", "'path'"),
         ("SELECT nothing(path) FROM logs", "'nothing'"),
+        (
+            "SELECT machine, machine FROM logs",
+            "found \"machine\" twice: AS",
+        ),
+        ("SELECT 1 AS a, 2 AS a", "found \"a\" twice: AS"),
         ("SELECT path FROM logs WHERE path > 1", "string"),
     ] {
         let failed = run(&[sql]);
@@ -896,6 +916,61 @@ fn moved_logs_keep_one_row_and_deleted_ones_leave() {
         messages.contains("Total: 1 logs") && !messages.contains("no longer"),
         "{messages}"
     );
+}
+
+/// What a manifest names and was deleted fails each time, and does not stay for ever.
+#[test]
+fn a_deleted_log_of_a_manifest_fails_and_is_pruned() {
+    let (logs, out) = (TempDir::new().unwrap(), TempDir::new().unwrap());
+    let out = out.path().join("fleet");
+    let at = |name: &str| logs.path().join(name);
+    fs::create_dir(at("archive")).unwrap();
+    fs::copy(data("tiny.mcap"), at("kept.mcap")).unwrap();
+    fs::copy(data("tiny_lift.mcap"), at("archive/old.mcap")).unwrap();
+    fs::write(at("list.txt"), "kept.mcap\narchive/old.mcap\n").unwrap();
+    let machine = data("tiny_lift.toml");
+    let again = |more: &[&str]| {
+        let mut args = vec!["--machine", text(&machine), "--resume"];
+        args.extend(more);
+        screen(&at("list.txt"), &out, &args)
+    };
+    assert_eq!(again(&[]).0, 0);
+    // its folder is empty then, and the other log shows that it is no medium that is away
+    fs::remove_file(at("archive/old.mcap")).unwrap();
+    let (code, messages) = again(&[]);
+    assert_eq!(code, 1, "{messages}");
+    assert!(
+        messages.contains("failed: ")
+            && messages.contains("1 logs no longer exist and stay")
+            && messages.contains("Total: 2 logs"),
+        "{messages}"
+    );
+    let (code, messages) = again(&["--prune"]);
+    assert_eq!(code, 1, "{messages}");
+    assert!(
+        messages.contains("were removed") && messages.contains("Total: 1 logs, 0 failed"),
+        "{messages}"
+    );
+    fs::write(at("list.txt"), "kept.mcap\n").unwrap();
+    let (code, messages) = again(&[]);
+    assert_eq!(code, 0, "{messages}");
+    assert!(messages.contains("Total: 1 logs, 0 failed"), "{messages}");
+
+    // all of them away is a medium that is not mounted
+    fs::remove_file(at("kept.mcap")).unwrap();
+    fs::rename(at("list.txt"), at("archive/list.txt")).unwrap();
+    fs::write(at("archive/list.txt"), "../mount/kept.mcap\n").unwrap();
+    fs::create_dir(at("mount")).unwrap();
+    fs::copy(data("tiny.mcap"), at("mount/kept.mcap")).unwrap();
+    let mounted = || {
+        let args = ["--machine", text(&machine), "--resume", "--prune"];
+        screen(&at("archive/list.txt"), &out, &args)
+    };
+    mounted();
+    fs::remove_file(at("mount/kept.mcap")).unwrap();
+    let (code, messages) = mounted();
+    assert_eq!(code, 1, "{messages}");
+    assert!(!messages.contains("were removed"), "{messages}");
 }
 
 /// A folder that is not there fails as a log of that name, once: what its path is then is seen again in every run.

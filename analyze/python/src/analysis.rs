@@ -21,7 +21,7 @@ use tipwatch_mechanics::machine;
 use crate::call::error::{Mistake, exception};
 use crate::call::interrupt::{Stop, leavable};
 use crate::call::number::Whole;
-use crate::call::options::Stated;
+use crate::call::options::{Stated, Words};
 use crate::call::pickle::{Reduced, reduced};
 use crate::call::place::{Place, paths};
 use crate::call::progress::Progress;
@@ -96,7 +96,9 @@ impl Analysis {
     }
 
     /// Draws the log with matplotlib: the load of each wheel with its band of two standard deviations, margins of zero
-    /// moment point and utilisation, and the events as shaded times.
+    /// moment point and utilisation, and the events as shaded times. Samples need the columns ``time_ns``, ``valid``, and
+    /// ``load_WHEEL`` and ``load_WHEEL_sigma`` of the wheels to draw; ``utilisation`` and ``zmp_margin`` are drawn if they
+    /// are there.
     ///
     /// Parameters
     /// ----------
@@ -112,6 +114,8 @@ impl Analysis {
     ///
     /// Raises
     /// ------
+    /// TipwatchError
+    ///     Samples lack a column (``columns`` of ``analyze``), or there is no row between ``start`` and ``end``.
     /// ImportError
     ///     matplotlib is not installed.
     #[pyo3(signature = (start=None, end=None, ax=None))]
@@ -341,7 +345,7 @@ fn run(
 ///     Whether samples have the terms of the closed forms, and speed and direction of wheels and axles.
 /// precision : 64 or 32
 ///     Bits of the computed numbers in samples.
-/// columns : list of str, optional
+/// columns : str, or iterable of str, optional
 ///     The columns that samples keep, in this order; all if not given. An hour with all of them takes some hundred
 ///     megabytes. Files in ``out`` have all.
 /// progress : bool or callable
@@ -382,7 +386,7 @@ pub(crate) fn analyze(
     parts: bool,
     terms: bool,
     precision: i64,
-    columns: Option<Vec<String>>,
+    columns: Option<Words>,
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Analysis> {
     let file = machine_file(machine)?;
@@ -413,7 +417,7 @@ pub(crate) fn analyze(
                     "expected precision 32 or 64, found {precision}"
                 ))),
             },
-            columns,
+            columns: columns.map(|Words(names)| names),
             out: out.map(Place::into_path),
         })
     };

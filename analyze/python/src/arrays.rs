@@ -4,13 +4,20 @@ use std::sync::Arc;
 
 use arrow_array::builder::{Float64Builder, ListBuilder, StringBuilder};
 use arrow_array::cast::AsArray;
-use arrow_array::types::{Float32Type, Float64Type, Int32Type, Int64Type, UInt32Type, UInt64Type};
+use arrow_array::types::{
+    Date32Type, DurationMicrosecondType, DurationMillisecondType, DurationNanosecondType,
+    Float32Type, Float64Type, Int32Type, Int64Type, TimestampMicrosecondType,
+    TimestampMillisecondType, TimestampNanosecondType, UInt32Type, UInt64Type,
+};
 use arrow_array::{Array, ArrayRef, ArrowPrimitiveType, BooleanArray, PrimitiveArray, StringArray};
-use arrow_schema::{DataType, Field};
+use arrow_schema::{DataType, Field, TimeUnit};
 use numpy::IntoPyArray;
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use tipwatch_analyze::base::number::short;
+use tipwatch_analyze::screen::Times;
 use tipwatch_analyze::tables::series::{Known, Series};
 use tipwatch_analyze::tables::values::Values;
 
@@ -37,6 +44,101 @@ pub(crate) fn array(values: Values) -> ArrayRef {
             lists.rows().for_each(|row| builder.append_option(row));
             Arc::new(builder.finish())
         }
+    }
+}
+
+/// Whole numbers as the times that they count.
+pub(crate) fn times(numbers: &ArrayRef, kind: Times) -> ArrayRef {
+    fn of<T: ArrowPrimitiveType<Native = i64>>(numbers: &ArrayRef) -> ArrayRef {
+        let numbers = numbers.as_primitive::<Int64Type>();
+        Arc::new(numbers.reinterpret_cast::<T>())
+    }
+    match kind {
+        Times::Days => {
+            let days = numbers.as_primitive::<Int32Type>();
+            Arc::new(days.reinterpret_cast::<Date32Type>())
+        }
+        Times::Instants(1_000) => of::<TimestampMillisecondType>(numbers),
+        Times::Instants(1_000_000) => of::<TimestampMicrosecondType>(numbers),
+        Times::Instants(_) => of::<TimestampNanosecondType>(numbers),
+        Times::Durations(1_000) => of::<DurationMillisecondType>(numbers),
+        Times::Durations(1_000_000) => of::<DurationMicrosecondType>(numbers),
+        Times::Durations(_) => of::<DurationNanosecondType>(numbers),
+    }
+}
+
+/// The type of NumPy with the same times; `None` for what is none.
+fn dtype_of_times(kind: &DataType) -> Option<String> {
+    let unit = |unit: &TimeUnit| match unit {
+        TimeUnit::Second => "s",
+        TimeUnit::Millisecond => "ms",
+        TimeUnit::Microsecond => "us",
+        TimeUnit::Nanosecond => "ns",
+    };
+    match kind {
+        DataType::Date32 => Some("datetime64[D]".into()),
+        DataType::Timestamp(parts, _) => Some(format!("datetime64[{}]", unit(parts))),
+        DataType::Duration(parts) => Some(format!("timedelta64[{}]", unit(parts))),
+        _ => None,
+    }
+}
+
+/// The times of a column as whole numbers; what is missing is the number that NumPy takes for it.
+fn counts(column: &ArrayRef) -> Vec<i64> {
+    let data = column.to_data();
+    let rows = (0..data.len()).map(|row| match data.data_type() {
+        _ if data.is_null(row) => i64::MIN,
+        DataType::Date32 => i64::from(data.buffer::<i32>(0)[row]),
+        _ => data.buffer::<i64>(0)[row],
+    });
+    rows.collect()
+}
+
+/// Memory of a column that NumPy reads in place, by its array interface.
+#[pyclass(frozen)]
+struct Memory(ArrayRef);
+
+#[pymethods]
+impl Memory {
+    #[getter]
+    fn __array_interface__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let (kind, address) = match self.0.data_type() {
+            DataType::Float32 => ("f4", of_type::<Float32Type>(&self.0)),
+            DataType::Float64 => ("f8", of_type::<Float64Type>(&self.0)),
+            _ => ("i8", of_type::<Int64Type>(&self.0)),
+        };
+        let order = if cfg!(target_endian = "little") {
+            '<'
+        } else {
+            '>'
+        };
+        let interface = PyDict::new(py);
+        interface.set_item("version", 3)?;
+        interface.set_item("typestr", format!("{order}{kind}"))?;
+        interface.set_item("shape", (self.0.len(),))?;
+        // read only: others have the same memory
+        interface.set_item("data", (address, true))?;
+        Ok(interface)
+    }
+}
+
+/// Address of the first number.
+fn of_type<T: ArrowPrimitiveType>(array: &ArrayRef) -> usize {
+    array.as_primitive::<T>().values().as_ptr() as usize
+}
+
+/// What NumPy makes an array of without a copy: numbers in one piece, none of which is missing. Others it must have copied.
+pub(crate) fn view_of<'py>(
+    py: Python<'py>,
+    pieces: &[&ArrayRef],
+) -> PyResult<Option<Bound<'py, PyAny>>> {
+    let same = [DataType::Float32, DataType::Float64, DataType::Int64];
+    match pieces {
+        [one] if one.null_count() == 0 && same.contains(one.data_type()) => {
+            let memory = Bound::new(py, Memory(Arc::clone(one)))?.into_any();
+            Ok(Some(memory))
+        }
+        _ => Ok(None),
     }
 }
 
@@ -76,6 +178,10 @@ pub(crate) fn numbers_of<'py>(
             .collect()
     }
     let of = pieces.first().map(Array::data_type);
+    if let Some(dtype) = of.and_then(dtype_of_times) {
+        let counts: Vec<i64> = pieces.iter().copied().flat_map(counts).collect();
+        return counts.into_pyarray(py).call_method1("view", (dtype,));
+    }
     let has_missing = pieces.iter().any(|piece| piece.null_count() > 0);
     let nan = f64::NAN;
     Ok(match of {
@@ -126,6 +232,11 @@ pub(crate) fn object_of<'py>(
     if column.is_null(row) {
         return Ok(py.None().into_bound(py));
     }
+    if let Some(dtype) = dtype_of_times(column.data_type()) {
+        let count = counts(&column.slice(row, 1)).into_pyarray(py);
+        let time = count.call_method1("view", (dtype,))?;
+        return time.get_item(0)?.call_method0("item");
+    }
     match column.data_type() {
         DataType::Float64 => column
             .as_primitive::<Float64Type>()
@@ -164,25 +275,23 @@ pub(crate) fn object_of<'py>(
     }
 }
 
-/// A value as text.
-pub(crate) fn text_of(column: &ArrayRef, row: usize) -> String {
+/// A value as text, numbers with as many digits as a reader can use.
+///
+/// # Errors
+/// An object cannot be made of it.
+pub(crate) fn text_of(py: Python<'_>, column: &ArrayRef, row: usize) -> PyResult<String> {
     if column.is_null(row) {
-        return "null".into();
+        return Ok("null".into());
     }
-    match column.data_type() {
-        DataType::Float64 => column.as_primitive::<Float64Type>().value(row).to_string(),
-        DataType::Float32 => column.as_primitive::<Float32Type>().value(row).to_string(),
-        DataType::Int64 => column.as_primitive::<Int64Type>().value(row).to_string(),
-        DataType::Int32 => column.as_primitive::<Int32Type>().value(row).to_string(),
-        DataType::UInt32 => column.as_primitive::<UInt32Type>().value(row).to_string(),
-        DataType::UInt64 => column.as_primitive::<UInt64Type>().value(row).to_string(),
+    Ok(match column.data_type() {
+        DataType::Float64 => short(column.as_primitive::<Float64Type>().value(row)),
+        DataType::Float32 => short(column.as_primitive::<Float32Type>().value(row).into()),
         DataType::Boolean => column.as_boolean().value(row).to_string(),
-        DataType::Utf8 => column.as_string::<i32>().value(row).to_owned(),
         DataType::List(_) => {
             let list = column.as_list::<i32>().value(row);
-            let values: Vec<String> = (0..list.len()).map(|at| text_of(&list, at)).collect();
-            format!("[{}]", values.join(", "))
+            let values = (0..list.len()).map(|at| text_of(py, &list, at));
+            format!("[{}]", values.collect::<PyResult<Vec<_>>>()?.join(", "))
         }
-        other => format!("({other})"),
-    }
+        _ => object_of(py, column, row)?.str()?.to_string(),
+    })
 }

@@ -12,7 +12,7 @@ use crate::call::error::{Mistake, exception};
 use crate::call::interrupt::leavable;
 use crate::call::number::positive;
 use crate::call::pickle::{Reduced, reduced};
-use crate::call::place::{Place, paths};
+use crate::call::place::{Place, Places};
 use crate::machine::machine_file;
 
 /// What an identification found.
@@ -98,7 +98,7 @@ impl Identification {
 /// ----------
 /// machine : Machine or path
 ///     The machine, or its machine file.
-/// logs : sequence of paths
+/// logs : path, or iterable of paths
 ///     Logs with measured loads or cylinder forces; may be empty if the machine file has weighings.
 /// level : float, optional
 ///     The ground of the logs is level, with this standard deviation of its slope (rad).
@@ -117,17 +117,17 @@ impl Identification {
 /// TipwatchError
 ///     A log cannot be read or does not fit the machine, or there is nothing to identify from.
 #[pyfunction]
-#[pyo3(signature = (machine, logs=Vec::new(), *, level=None, widen_sigmas=None, out=None), text_signature = "(machine, logs=(), *, level=None, widen_sigmas=None, out=None)")]
+#[pyo3(signature = (machine, logs=Places::default(), *, level=None, widen_sigmas=None, out=None), text_signature = "(machine, logs=(), *, level=None, widen_sigmas=None, out=None)")]
 pub(crate) fn identify(
     py: Python<'_>,
     machine: &Bound<'_, PyAny>,
-    logs: Vec<Place>,
+    logs: Places,
     level: Option<f64>,
     widen_sigmas: Option<f64>,
     out: Option<Place>,
 ) -> PyResult<Identification> {
     let file = machine_file(machine)?;
-    let (logs, out) = (paths(logs), out.map(Place::into_path));
+    let (Places(logs), out) = (logs, out.map(Place::into_path));
     let found = leavable(
         py,
         move |stop| {

@@ -73,6 +73,9 @@ mod _tipwatch {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        // of one that a caller makes
+        let error = module.py().get_type::<TipwatchError>();
+        error.setattr("kind", "error")?;
         module.add("__processor__", PROCESSOR)?;
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }

@@ -487,7 +487,7 @@ impl Machine {
             tool_force,
             tool_moment,
         };
-        let what = what.map_or_else(Vec::new, |what| what.list().to_vec());
+        let what = what.map_or_else(Vec::new, |Words(what)| what);
         evaluate(py, &self.machine, &given, &what, frame)
     }
 

@@ -10,7 +10,7 @@ use tipwatch_ingest::{ReadOptions, TableOptions, set_read_options as set_options
 use tipwatch_storage::set_whole_reads;
 
 use crate::call::error::{Mistake, exception};
-use crate::call::place::{Place, paths};
+use crate::call::place::Places;
 
 /// States what logs do not state themselves, for all calls of this process from now on; each call replaces what was
 /// stated before. With ``screen`` it goes to the workers of an engine; they need the folders of ``definitions`` at the same
@@ -27,7 +27,7 @@ use crate::call::place::{Place, paths};
 ///     The order of day, month and year in the dates of a table.
 /// header : bool
 ///     Whether the first line of a table names its columns; without it they are c1, c2 and so on.
-/// definitions : sequence of paths
+/// definitions : path, or iterable of paths
 ///     Folders with definitions of message types, ``PACKAGE/msg/NAME.msg``, for logs that lack them.
 /// fetch_whole : bool
 ///     Whether logs of buckets and web servers are transferred as a whole where their format has no index of its parts.
@@ -42,7 +42,7 @@ use crate::call::place::{Place, paths};
 ///     A unit or an order is unknown.
 #[pyfunction]
 #[pyo3(
-    signature = (*, time_column=None, time_unit=None, date_order=None, header=true, definitions=Vec::new(), fetch_whole=false),
+    signature = (*, time_column=None, time_unit=None, date_order=None, header=true, definitions=Places::default(), fetch_whole=false),
     text_signature = "(*, time_column=None, time_unit=None, date_order=None, header=True, definitions=(), fetch_whole=False)"
 )]
 pub(crate) fn set_read_options(
@@ -50,7 +50,7 @@ pub(crate) fn set_read_options(
     time_unit: Option<&str>,
     date_order: Option<&str>,
     header: bool,
-    definitions: Vec<Place>,
+    definitions: Places,
     fetch_whole: bool,
 ) -> PyResult<()> {
     let mistake = |name: &str, given: &str, error: String| {
@@ -58,7 +58,7 @@ pub(crate) fn set_read_options(
             "{name}: {error}, found {given:?}"
         ))))
     };
-    let mut definitions = paths(definitions);
+    let Places(mut definitions) = definitions;
     for folder in &mut definitions {
         let whole = absolute(&*folder);
         *folder = whole.map_err(|error| exception(&error.into()))?;

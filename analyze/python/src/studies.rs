@@ -107,6 +107,15 @@ impl WhatIf {
         reduced(this, parts)
     }
 
+    fn __repr__(&self) -> String {
+        let first = self.findings.first().map_or("no finding", String::as_str);
+        format!(
+            "<tipwatch.WhatIf: {first}; {} findings, {} rows>",
+            self.findings.len(),
+            self.samples.get().__len__()
+        )
+    }
+
     #[staticmethod]
     fn _of_parts(samples: Py<Table>, summary: String, findings: Vec<String>) -> Self {
         Self {

@@ -5,20 +5,22 @@ use std::fmt::Write as _;
 use std::sync::Arc;
 
 use anyhow::anyhow;
+use arrow_array::ffi::{FFI_ArrowArray, FFI_ArrowSchema};
 use arrow_array::ffi_stream::FFI_ArrowArrayStream;
-use arrow_array::{Array, RecordBatch, RecordBatchIterator, UInt64Array};
+use arrow_array::{Array, RecordBatch, RecordBatchIterator, new_empty_array};
 use arrow_ipc::reader::StreamReader;
 use arrow_ipc::writer::StreamWriter;
 use arrow_schema::{ArrowError, Field, Fields, Schema, SchemaRef};
-use arrow_select::concat::concat_batches;
-use arrow_select::take::take_record_batch;
-use pyo3::exceptions::{PyIndexError, PyKeyError, PyTypeError, PyValueError};
+use arrow_select::concat::{concat, concat_batches};
+use arrow_select::interleave::interleave_record_batch;
+use pyo3::exceptions::{PyImportError, PyIndexError, PyKeyError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyCapsule, PyDict, PyIterator, PyList, PySlice};
+use tipwatch_analyze::screen::Answer;
 use tipwatch_analyze::tables::table;
 
-use crate::arrays::{array, numbers_of, object_of, text_of};
-use crate::call::error::{Mistake, exception};
+use crate::arrays::{array, numbers_of, object_of, text_of, times, view_of};
+use crate::call::error::{Mistake, exception, of_kind};
 use crate::call::pickle::{Reduced, reduced};
 
 /// Rows and columns that a notebook shows.
@@ -30,8 +32,9 @@ const UNIT: &str = "unit";
 
 /// A table: columns of equal length with names and units.
 ///
-/// ``table["load_fl"]`` is one column, ``table[["time_ns", "load_fl"]]`` a table of two, ``table[:100]`` one of its first rows; ``to_polars()``, ``to_arrow()`` and ``to_pandas()`` make the table of a library. polars,
-/// pyarrow and DuckDB take it without copying, by the Arrow PyCapsule interface (``polars.DataFrame(table)``); pandas copies.
+/// ``table["load_fl"]`` is one column, ``table[["time_ns", "load_fl"]]`` a table of two, ``table[:100]`` one of its first
+/// rows; ``to_polars()``, ``to_arrow()`` and ``to_pandas()`` make the table of a library. polars, pyarrow and DuckDB take it
+/// without copying, by the Arrow PyCapsule interface (``polars.DataFrame(table)``); pandas copies.
 #[pyclass(frozen, module = "tipwatch")]
 pub(crate) struct Table {
     schema: SchemaRef,
@@ -41,11 +44,32 @@ pub(crate) struct Table {
 impl Table {
     /// A table of one block.
     pub(crate) fn of(block: table::Table) -> anyhow::Result<Self> {
-        let batch = batch(block)?;
-        Ok(Self {
+        Ok(batch(block)?.into())
+    }
+
+    /// The table of an answer, with its types of times.
+    pub(crate) fn of_answer(answer: &Answer) -> anyhow::Result<Self> {
+        let batch = batch(answer.table()?)?;
+        let schema = batch.schema();
+        let columns = schema.fields().iter().zip(batch.columns());
+        let (fields, arrays): (Vec<_>, Vec<_>) = columns
+            .zip(answer.times())
+            .map(|((field, array), kind)| {
+                let array = kind.map_or_else(|| Arc::clone(array), |kind| times(array, kind));
+                let field = Field::clone(field).with_data_type(array.data_type().clone());
+                (field, array)
+            })
+            .unzip();
+        Ok(RecordBatch::try_new(Arc::new(Schema::new(fields)), arrays)?.into())
+    }
+}
+
+impl From<RecordBatch> for Table {
+    fn from(batch: RecordBatch) -> Self {
+        Self {
             schema: batch.schema(),
             batches: vec![batch],
-        })
+        }
     }
 }
 
@@ -129,14 +153,32 @@ fn batch(block: table::Table) -> anyhow::Result<RecordBatch> {
     Ok(RecordBatch::try_new(Arc::new(schema), arrays)?)
 }
 
+/// Wrong letters of a name that is still told from others, and how many of these are named.
+const MOST_WRONG: usize = 2;
+const MOST_NEAR: usize = 3;
+
 /// Place of a column.
 ///
 /// # Errors
 /// There is none of this name.
 fn place(schema: &Schema, name: &str) -> Result<usize, String> {
     let lacks = |_| {
-        let columns = schema.fields().len();
-        format!("expected one of the {columns} columns of the table (columns), found \"{name}\"")
+        let all = schema.fields().iter().map(|field| field.name());
+        let far = |other: &String| strsim::damerau_levenshtein(name, other);
+        let mut near: Vec<&String> = all
+            .clone()
+            .filter(|other| far(other) <= MOST_WRONG)
+            .collect();
+        near.sort_by_key(|other| far(other));
+        near.truncate(MOST_NEAR);
+        let near = match near.is_empty() {
+            true => String::new(),
+            false => format!(". Did you mean {near:?}?"),
+        };
+        let columns = all.len();
+        format!(
+            "expected one of the {columns} columns of the table (columns), found \"{name}\"{near}"
+        )
     };
     schema.index_of(name).map_err(lacks)
 }
@@ -170,13 +212,14 @@ impl Table {
         projected().map_err(|error| exception(&error.into()))
     }
 
-    /// The table of the first rows.
-    fn first(&self, rows: usize) -> Self {
-        let mut left = rows;
-        let batches = self.batches.iter().map_while(|batch| {
-            let rows = left.min(batch.num_rows());
-            left -= rows;
-            (rows > 0).then(|| batch.slice(0, rows))
+    /// The table of so many rows from one on, without a copy.
+    fn part(&self, start: usize, rows: usize) -> Self {
+        let (mut skipped, mut left) = (start, rows);
+        let batches = self.batches.iter().filter_map(|batch| {
+            let from = skipped.min(batch.num_rows());
+            let rows = left.min(batch.num_rows() - from);
+            (skipped, left) = (skipped - from, left - rows);
+            (rows > 0).then(|| batch.slice(from, rows))
         });
         Self {
             batches: batches.collect(),
@@ -184,29 +227,29 @@ impl Table {
         }
     }
 
-    /// The table of some rows, in any order.
+    /// The table of some rows, in any order; without a copy where they follow each other.
     ///
     /// # Errors
     /// The slice is not one of whole numbers, or the rows do not fit into memory.
     fn rows(&self, slice: &Bound<'_, PySlice>) -> PyResult<Self> {
         let found = slice.indices(isize::try_from(self.__len__())?)?;
-        let wanted = (0..found.slicelength).map(|at| found.start + at as isize * found.step);
-        let taken = || -> Result<Self, ArrowError> {
-            let whole = concat_batches(&self.schema, &self.batches)?;
-            let batch = match found.step {
-                // without a copy where the table has one chunk
-                1 => whole.slice(found.start as usize, found.slicelength),
-                _ => {
-                    let rows = UInt64Array::from_iter_values(wanted.map(|row| row as u64));
-                    take_record_batch(&whole, &rows)?
-                }
-            };
-            Ok(Self {
-                schema: Arc::clone(&self.schema),
-                batches: vec![batch],
-            })
-        };
-        taken().map_err(|error| exception(&error.into()))
+        if found.step == 1 || found.slicelength == 0 {
+            return Ok(self.part(found.start.unsigned_abs(), found.slicelength));
+        }
+        let mut begins = vec![0];
+        begins.extend(self.batches.iter().scan(0, |end, batch| {
+            *end += batch.num_rows();
+            Some(*end)
+        }));
+        let wanted = (0..found.slicelength).map(|at| {
+            let row = (found.start + at as isize * found.step).unsigned_abs();
+            let batch = begins.partition_point(|&begin| begin <= row) - 1;
+            (batch, row - begins[batch])
+        });
+        let batches: Vec<&RecordBatch> = self.batches.iter().collect();
+        let taken = interleave_record_batch(&batches, &wanted.collect::<Vec<_>>());
+        let taken = taken.map_err(|error| exception(&error.into()))?;
+        Ok(taken.into())
     }
 
     /// The table in the streaming format of Arrow.
@@ -289,20 +332,24 @@ impl Table {
             let text = format!("expected n of at least 0, found {n}");
             exception(&anyhow!(Mistake(text)))
         });
-        Ok(self.first(rows?))
+        Ok(self.part(0, rows?))
     }
+
     /// As ``polars.DataFrame``, without a copy.
     fn to_polars<'py>(slf: Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        slf.py().import("polars")?.call_method1("DataFrame", (slf,))
+        library(slf.py(), "polars", "Table.to_polars")?.call_method1("DataFrame", (slf,))
     }
 
     /// As ``pyarrow.Table``, without a copy.
     fn to_arrow<'py>(slf: Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        slf.py().import("pyarrow")?.call_method1("table", (slf,))
+        library(slf.py(), "pyarrow", "Table.to_arrow")?.call_method1("table", (slf,))
     }
 
-    /// As ``pandas.DataFrame``; pandas copies the values.
+    /// As ``pandas.DataFrame``, by pyarrow; pandas copies the values.
     fn to_pandas<'py>(slf: Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        for name in ["pandas", "pyarrow"] {
+            library(slf.py(), name, "Table.to_pandas")?;
+        }
         Self::to_arrow(slf)?.call_method0("to_pandas")
     }
 
@@ -327,9 +374,13 @@ impl Table {
     }
 
     /// The table in a notebook: its first rows with names and units.
-    fn _repr_html_(&self) -> String {
+    pub(crate) fn _repr_html_(&self, py: Python<'_>) -> PyResult<String> {
         let fields = self.schema.fields();
         let shown = fields.len().min(SHOWN_COLUMNS);
+        let has_more = |tag: &str| match shown < fields.len() {
+            true => format!("<{tag}>…</{tag}>"),
+            false => String::new(),
+        };
         let mut html = String::from("<table><thead><tr>");
         for field in &fields[..shown] {
             let unit = field.metadata().get(UNIT);
@@ -337,14 +388,15 @@ impl Table {
             // writing to a text does not fail
             let _ = write!(html, "<th>{}{unit}</th>", escaped(field.name()));
         }
-        html.push_str("</tr></thead><tbody>");
-        for batch in self.first(SHOWN_ROWS).batches {
+        let _ = write!(html, "{}</tr></thead><tbody>", has_more("th"));
+        for batch in self.part(0, SHOWN_ROWS).batches {
             for row in 0..batch.num_rows() {
                 html.push_str("<tr>");
                 for column in &batch.columns()[..shown] {
-                    let _ = write!(html, "<td>{}</td>", escaped(&text_of(column, row)));
+                    let text = escaped(&text_of(py, column, row)?);
+                    let _ = write!(html, "<td>{text}</td>");
                 }
-                html.push_str("</tr>");
+                let _ = write!(html, "{}</tr>", has_more("td"));
             }
         }
         let _ = write!(
@@ -353,7 +405,7 @@ impl Table {
             self.__len__(),
             fields.len()
         );
-        html
+        Ok(html)
     }
 
     /// The table as a stream of Arrow record batches (Arrow PyCapsule interface).
@@ -375,7 +427,9 @@ impl Table {
 /// One column of a table: ``numpy.asarray(table["load_fl"])``. ``column[0]`` is its first value, ``column[-1]`` its last one,
 /// ``column[10:20]`` a part of it; a loop goes over its values.
 ///
-/// NumPy gets a copy in which NaN is what is missing. polars, pyarrow and DuckDB take it as a table of one column.
+/// NumPy gets an array in which NaN is what is missing: read-only and without a copy where the column has numbers of 64 or
+/// 32 bits in one chunk and none is missing, else a copy. polars and pyarrow take it as a series or an array
+/// (``polars.Series(column)``), several chunks joined to one.
 #[pyclass(frozen, module = "tipwatch")]
 pub(crate) struct Column {
     table: Table,
@@ -466,7 +520,12 @@ impl Column {
         values.collect()
     }
 
-    /// The column as an array of NumPy, always a copy; None is NaN.
+    /// The column in a notebook: its first values.
+    fn _repr_html_(&self, py: Python<'_>) -> PyResult<String> {
+        self.table._repr_html_(py)
+    }
+
+    /// The column as an array of NumPy; None is NaN. Read-only where it is not a copy.
     #[pyo3(signature = (dtype=None, copy=None))]
     fn __array__<'py>(
         &self,
@@ -474,28 +533,72 @@ impl Column {
         dtype: Option<Bound<'py, PyAny>>,
         copy: Option<bool>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        let columns = self.table.batches.iter().map(|batch| batch.column(0));
+        let columns: Vec<_> = columns.collect();
+        let keywords = PyDict::new(py);
+        keywords.set_item("dtype", &dtype)?;
+        if copy != Some(true)
+            && let Some(view) = view_of(py, &columns)?
+        {
+            keywords.set_item("copy", copy)?;
+            return py
+                .import("numpy")?
+                .call_method("array", (view,), Some(&keywords));
+        }
         if copy == Some(false) {
             return Err(PyValueError::new_err(
-                "expected copy=None or True, found False: an array is always a copy; table.to_arrow() makes none",
+                "expected copy=None or True, found False: only numbers of 64 or 32 bits in one chunk of which none is missing \
+                 are an array without a copy; table.to_arrow() makes none",
             ));
         }
-        let columns = self.table.batches.iter().map(|batch| batch.column(0));
-        let found = numbers_of(py, &columns.collect::<Vec<_>>())?;
+        let found = numbers_of(py, &columns)?;
         match dtype {
             Some(dtype) => found.call_method1("astype", (dtype,)),
             None => Ok(found),
         }
     }
 
-    /// The column as a stream of Arrow record batches (Arrow PyCapsule interface).
+    /// The column as an Arrow array, several chunks joined to one (Arrow PyCapsule interface).
     #[pyo3(signature = (requested_schema=None))]
-    fn __arrow_c_stream__<'py>(
+    fn __arrow_c_array__<'py>(
         &self,
         py: Python<'py>,
         requested_schema: Option<Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyCapsule>> {
-        self.table.__arrow_c_stream__(py, requested_schema)
+    ) -> PyResult<(Bound<'py, PyCapsule>, Bound<'py, PyCapsule>)> {
+        drop(requested_schema);
+        let field = self.table.schema.field(0);
+        let columns = self.table.batches.iter().map(|batch| &**batch.column(0));
+        let made = || -> Result<_, ArrowError> {
+            let whole = match &columns.collect::<Vec<_>>()[..] {
+                [] => new_empty_array(field.data_type()),
+                [one] => one.slice(0, one.len()),
+                several => concat(several)?,
+            };
+            let schema = FFI_ArrowSchema::try_from(field)?;
+            Ok((schema, FFI_ArrowArray::new(&whole.to_data())))
+        };
+        let (schema, array) = made().map_err(|error| exception(&error.into()))?;
+        Ok((
+            PyCapsule::new_with_value(py, schema, c"arrow_schema")?,
+            PyCapsule::new_with_value(py, array, c"arrow_array")?,
+        ))
     }
+}
+
+/// A library that a method hands over to.
+///
+/// # Errors
+/// It is not installed.
+fn library<'py>(py: Python<'py>, name: &str, caller: &str) -> PyResult<Bound<'py, PyModule>> {
+    py.import(name).map_err(|cause| {
+        if !cause.is_instance_of::<PyImportError>(py) {
+            return cause;
+        }
+        let text = format!("expected {name} for {caller}, found none: pip install {name}");
+        let error = of_kind(py, "package", &text);
+        error.set_cause(py, Some(cause));
+        error
+    })
 }
 
 /// A text that HTML shows as it is.

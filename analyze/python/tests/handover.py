@@ -20,7 +20,7 @@ LOG_S = 11.0
 
 
 def main():
-    rows = int(sys.argv[1]) if len(sys.argv) > 1 else 5_000_000
+    rows = int(sys.argv[1]) if len(sys.argv) > 1 else 100_000
     table = tw.read(DATA / "tiny_lift.mcap", DATA / "tiny_lift.toml", rate=rows / LOG_S)
     before = memory()
     arrow, arrow_s = timed(lambda: pa.table(table))
@@ -30,7 +30,7 @@ def main():
     same = 0
     for name in names:
         of_arrow = [chunk.buffers()[1].address for chunk in arrow.column(name).chunks]
-        of_frame = [chunk._get_buffer_info()[0] for chunk in frame[name].get_chunks()]
+        of_frame = [chunk.to_arrow().buffers()[1].address for chunk in frame[name].get_chunks()]
         # one chunk that is known throughout is one array
         numbers = arrow.column(name).chunk(0).to_numpy(zero_copy_only=False)
         assert len(numbers)

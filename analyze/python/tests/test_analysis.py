@@ -2,6 +2,8 @@
 
 import json
 import pickle
+import re
+import sys
 from pathlib import Path
 
 import duckdb
@@ -92,6 +94,54 @@ def test_errors_are_also_those_of_python(tmp_path, machine):
     assert wrong.value.kind == "value"
 
 
+def test_errors_have_the_kind_of_what_is_wrong(tmp_path, machine):
+    binary = tmp_path / "machine.toml"
+    binary.write_bytes(b"\x89 no text")
+    (tmp_path / "logs").mkdir()
+    asked = dict(machine=DATA / "tiny_lift.toml", out=tmp_path / "fleet")
+    calls = {
+        "machine": [lambda: tw.Machine(tmp_path), lambda: tw.Machine(binary), lambda: tw.analyze(DEMO / "demo.mcap", binary)],
+        "value": [
+            lambda: tw.screen([], **asked),
+            lambda: tw.screen(tmp_path / "*.xyz", **asked),
+            lambda: tw.screen(tmp_path / "logs", **asked),
+            lambda: tw.analyze("s3://bucket/a//b.mcap", machine),
+            lambda: tw.analyze(Path("s3://bucket/b.mcap"), machine),
+        ],
+    }
+    for kind, all_of_kind in calls.items():
+        for call in all_of_kind:
+            with pytest.raises(ValueError) as wrong:
+                call()
+            assert isinstance(wrong.value, tw.TipwatchError) and wrong.value.kind == kind, str(wrong.value)
+    with pytest.raises(ValueError, match="^expected logs"):
+        tw.screen([], **asked)
+    tw.screen(DATA / "tiny.mcap", **asked)
+    with pytest.raises(FileExistsError, match="use resume=True") as again:
+        tw.screen(DATA / "tiny.mcap", **asked)
+    assert again.value.kind == "exists"
+    with pytest.raises(FileNotFoundError, match="expected the records of an earlier run"):
+        tw.screen(gather=True, out=tmp_path / "nothing")
+    assert tw.TipwatchError("made by a caller").kind == "error"
+
+
+def test_errors_name_paths_as_they_are(tmp_path, machine):
+    log = tmp_path / "site--out.mcap"
+    with pytest.raises(FileNotFoundError, match="site--out.mcap"):
+        tw.analyze(log, machine)
+    log.write_bytes(b"\xff\xd8 a photograph")
+    with pytest.raises(tw.TipwatchError, match="site--out.mcap.*set_read_options"):
+        tw.analyze(log, machine)
+
+
+def test_an_engine_that_is_not_installed_is_an_import_error(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "ray", None)
+    monkeypatch.delitem(sys.modules, "tipwatch._engines._ray", raising=False)
+    with pytest.raises(ImportError, match="expected the package ray for runner 'ray'") as missing:
+        tw.screen(DATA / "tiny.mcap", machine=DATA / "tiny_lift.toml", out=tmp_path / "fleet", runner="ray")
+    assert missing.value.kind == "package"
+
+
 def test_columns_reach_numpy(analysis):
     samples = analysis.samples
     column = samples["load_fl"]
@@ -100,8 +150,6 @@ def test_columns_reach_numpy(analysis):
     expected = pl.DataFrame(samples)["load_fl"].to_numpy()
     assert np.array_equal(loads, expected, equal_nan=True)
     assert np.asarray(samples["time_ns"]).dtype == np.int64
-    with pytest.raises(ValueError, match="always a copy"):
-        np.asarray(column, copy=False)
     assert "load_fl" in samples and "load_xx" not in samples
     with pytest.raises(KeyError, match="load_xx"):
         samples["load_xx"]
@@ -114,6 +162,86 @@ def test_columns_reach_numpy(analysis):
     html = samples._repr_html_()
     assert "<th>load_fl<br>[N]</th>" in html or "<th>time_ns<br>[ns]</th>" in html
     assert html.count("<tr>") == 6
+
+
+def in_chunks(table, rows):
+    """The same table in chunks of so many rows."""
+    arrow, sink = pa.table(table), pa.BufferOutputStream()
+    with pa.ipc.new_stream(sink, arrow.schema) as stream:
+        for batch in arrow.to_batches(max_chunksize=rows):
+            stream.write_batch(batch)
+    return tw.Table._of_parts(sink.getvalue().to_pybytes())
+
+
+def address(array):
+    return np.asarray(array).__array_interface__["data"][0]
+
+
+def test_numpy_reads_the_memory_of_a_column(analysis):
+    times, loads = analysis.samples["time_ns"], analysis.samples["load_fl_sigma"]
+    for column in (times, loads):
+        view = np.asarray(column, copy=False)
+        assert address(view) == address(pa.table(analysis.samples)[column.name].chunk(0).to_numpy(zero_copy_only=True))
+        assert not view.flags.writeable and np.array(column).flags.writeable
+        assert np.array_equal(view, column.to_list())
+    assert np.asarray(loads, dtype=np.float32).dtype == np.float32
+    # the view outlives its column
+    assert np.asarray(analysis.samples.head(9)["load_fl_sigma"])[3] == loads[3]
+    for column in (in_chunks(analysis.samples, 500)["time_ns"], analysis.events["lead_s"]):
+        with pytest.raises(ValueError, match="in one chunk of which none is missing"):
+            np.asarray(column, copy=False)
+    assert np.isnan(np.asarray(analysis.events["lead_s"])).sum() == analysis.events["lead_s"].to_list().count(None) > 0
+
+
+def test_parts_of_a_table_in_chunks_are_not_copied(analysis):
+    samples = in_chunks(analysis.samples, 100)
+    whole, part = pa.table(samples)["time_ns"], pa.table(samples[150:350])["time_ns"]
+    assert [len(chunk) for chunk in part.chunks] == [50, 100, 50]
+    found = [chunk.to_numpy(zero_copy_only=True) for chunk in part.chunks]
+    expected = [chunk.to_numpy(zero_copy_only=True) for chunk in whole.chunks[1:4]]
+    expected[0] = expected[0][50:]
+    assert [address(chunk) for chunk in found] == [address(chunk) for chunk in expected]
+    frame = analysis.samples.to_polars()
+    for rows in (slice(3, 9), slice(None, None, 7), slice(None, None, -1), slice(5, 2), slice(-450, None), slice(99, 101)):
+        assert samples[rows].to_polars().equals(frame[rows]), rows
+        assert samples["time_ns"][rows].to_list() == frame["time_ns"][rows].to_list()
+
+
+def test_a_column_is_a_series_and_an_array(analysis):
+    for samples in (analysis.samples, in_chunks(analysis.samples, 500), analysis.samples[:0]):
+        column, expected = samples["load_fl"], samples.to_polars()["load_fl"]
+        assert pl.Series("load_fl", column).equals(expected) and pl.Series(column).dtype == pl.Float64
+        assert pa.array(column).type == pa.chunked_array(column).type == pa.float64()
+        assert pa.array(column).to_pylist() == expected.to_list()
+
+
+def test_near_names_are_suggested(analysis, machine):
+    told = r'found "laod_fl". Did you mean \["load_fl"'
+    with pytest.raises(KeyError, match=told):
+        analysis.samples["laod_fl"]
+    with pytest.raises(ValueError, match=told):
+        tw.analyze(DEMO / "demo.mcap", machine, columns=["time_ns", "laod_fl"])
+    with pytest.raises(KeyError) as wrong:
+        analysis.samples["nothing of this kind"]
+    assert "Did you mean" not in str(wrong.value)
+    assert tw.analyze(DEMO / "demo.mcap", machine, columns="load_fl").samples.columns == ["load_fl"]
+
+
+def test_a_notebook_shows_what_a_reader_can_use(analysis):
+    html = analysis.events._repr_html_()
+    cells = re.findall("<td>([^<]*)</td>", html)
+    assert len(analysis.events.columns) > 12 and "<th>…</th>" in html and cells.count("…") == len(analysis.events)
+    assert all(len(cell) <= 24 for cell in cells), cells
+    assert "<th>load_fl<br>[N]</th>" in analysis.samples["load_fl"]._repr_html_()
+    assert "…" not in analysis.samples[["load_fl"]]._repr_html_()
+
+
+@pytest.mark.parametrize("method, package", [("to_pandas", "pyarrow"), ("to_arrow", "pyarrow"), ("to_polars", "polars")])
+def test_a_package_that_is_not_installed_is_named(analysis, monkeypatch, method, package):
+    monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(ImportError, match=f"expected {package} for Table.{method}, found none: pip install {package}") as missing:
+        getattr(analysis.samples, method)()
+    assert isinstance(missing.value, tw.TipwatchError) and missing.value.kind == "package"
 
 
 def test_results_travel_between_processes(analysis, machine, tmp_path):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import tipwatch as tw
+from conftest import DEMO
 
 DATA = Path(__file__).resolve().parents[3] / "tests" / "data"
 
@@ -126,6 +127,30 @@ def test_a_plot_shows_loads_bands_and_events(analysis, machine, tmp_path):
     assert seconds.min() >= 6.0 and seconds.max() <= 9.0
     with pytest.raises(ValueError, match="expected rows between start 900"):
         analysis.plot(start=900.0)
+    pyplot.close("all")
+
+
+def test_a_log_that_ends_during_an_event_is_drawn(machine):
+    pyplot = matplotlib()
+    # the wheel is off the ground from 9.8 to 13.4 s
+    found = tw.analyze(DEMO / "demo.mcap", machine, end=11.0)
+    lift = found.events.to_polars().filter(kind="wheel_lift")
+    assert lift["end_ns"].to_list() == [None]
+    loads, _ = found.plot().axes
+    (shade,) = [patch for patch in loads.patches if patch.get_label() == "wheel lift"]
+    last = loads.lines[0].get_xdata()[-1]
+    assert shade.get_x() < 10.0 and shade.get_x() + shade.get_width() == pytest.approx(last)
+    pyplot.close("all")
+
+
+def test_a_plot_names_the_columns_that_it_lacks(machine):
+    pyplot = matplotlib()
+    few = tw.analyze(DEMO / "demo.mcap", machine, columns=["time_ns", "load_fl"])
+    with pytest.raises(ValueError, match="expected samples with valid, load_WHEEL, load_WHEEL_sigma to plot") as wrong:
+        few.plot()
+    assert wrong.value.kind == "value"
+    enough = tw.analyze(DEMO / "demo.mcap", machine, columns=["time_ns", "valid", "load_fl", "load_fl_sigma"])
+    assert [line.get_label() for line in enough.plot().axes[0].lines] == ["FL"]
     pyplot.close("all")
 
 

@@ -2,6 +2,7 @@
 
 import ast
 import inspect
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -11,7 +12,9 @@ import pytest
 import tipwatch as tw
 from tipwatch import _tipwatch
 
-STUB = ast.parse(Path(tw.__file__).with_name("_tipwatch.pyi").read_text())
+SOURCE = Path(__file__).resolve().parents[1] / "tipwatch" / "_tipwatch.pyi"
+TEXT = Path(tw.__file__).with_name("_tipwatch.pyi").read_text()
+STUB = ast.parse(TEXT)
 TOP = {node.name: node for node in STUB.body if isinstance(node, (ast.ClassDef, ast.FunctionDef))}
 FUNCTIONS = [name for name, value in vars(_tipwatch).items() if inspect.isroutine(value)]
 CLASSES = [name for name, value in vars(_tipwatch).items() if inspect.isclass(value)]
@@ -35,7 +38,7 @@ def test_members_of_classes_are_those_of_the_stub(name):
     members = {
         member: value
         for member, value in vars(getattr(_tipwatch, name)).items()
-        if not member.startswith("_") or member in nodes.keys() - {"__new__", "__getattr__"}
+        if (not member.startswith("_") and not isinstance(value, str)) or member in nodes.keys() - {"__new__", "__getattr__"}
     }
     assert members.keys() <= nodes.keys() and nodes.keys() <= members.keys() | {"__new__", "__getattr__"}
     for member, value in members.items():
@@ -43,6 +46,42 @@ def test_members_of_classes_are_those_of_the_stub(name):
         assert is_property == inspect.isgetsetdescriptor(value), member
         if not is_property and not member.startswith("_"):
             assert parameters(value) == stated(nodes[member]), member
+
+
+def test_the_stub_has_the_docstrings_of_the_module():
+    """What editors show; TIPWATCH_BLESS=1 writes them into the sources."""
+    expected = documented(TEXT)
+    if os.environ.get("TIPWATCH_BLESS"):
+        SOURCE.write_text(expected)
+    else:
+        assert expected == TEXT, "run this test with TIPWATCH_BLESS=1"
+    # the second time nothing is added
+    assert documented(expected) == expected
+
+
+def documented(text):
+    """A stub with the docstrings of the module for all that has a public name."""
+    tree, lines = ast.parse(text), text.splitlines()
+    places = []
+    for node in tree.body:
+        if isinstance(node, ast.FunctionDef):
+            places.append((node, getattr(_tipwatch, node.name)))
+        if isinstance(node, ast.ClassDef):
+            of_class = getattr(_tipwatch, node.name)
+            places.append((node, of_class))
+            public = [n for n in node.body if isinstance(n, ast.FunctionDef) and not n.name.startswith("_")]
+            places += [(member, getattr(of_class, member.name)) for member in public]
+    for node, value in reversed(places):
+        indent, first = " " * (node.col_offset + 4), node.body[0]
+        written = [indent + line if line else "" for line in f'"""{inspect.getdoc(value)}"""'.replace("\\", r"\\").splitlines()]
+        has_docstring = ast.get_docstring(node) is not None
+        if isinstance(node, ast.FunctionDef) and not has_docstring:
+            lines[first.lineno - 1] = lines[first.lineno - 1].removesuffix(" ...")
+        begin = min([first.lineno, *(d.lineno for d in getattr(first, "decorator_list", []))]) - 1
+        if isinstance(node, ast.FunctionDef) and not has_docstring:
+            begin += 1
+        lines[begin : first.end_lineno if has_docstring else begin] = written
+    return "\n".join(lines) + "\n"
 
 
 @pytest.mark.parametrize("name", [name for name in tw.__all__ if name != "__version__"])

@@ -1,10 +1,13 @@
 """Sensors, comparisons, replays and fleets."""
 
 import inspect
+import pickle
 import re
 import shutil
+from datetime import date, datetime, timedelta
 from pathlib import Path
 
+import numpy as np
 import polars as pl
 import pytest
 
@@ -60,6 +63,83 @@ def test_a_fleet_is_a_data_set(tmp_path):
         tw.screen(DATA / "tiny.mcap", machine=DATA / "tiny_lift.toml", out=tmp_path / "fleet")
     with pytest.raises(tw.TipwatchError, match="either machine or fleet"):
         tw.screen(DATA / "tiny.mcap", out=tmp_path / "other")
+
+
+def test_days_and_times_of_a_fleet_have_their_types(tmp_path):
+    fleet = tw.screen(DATA / "tiny.mcap", machine=DATA / "tiny_lift.toml", out=tmp_path / "fleet", reports="none")
+    written = pl.scan_parquet(fleet.logs_uri).collect()
+    for name, found in zip(written.columns, fleet.logs.to_polars()):
+        assert found.dtype == written[name].dtype, name
+    assert fleet.logs.to_polars().equals(written.sort("path"))
+    day = fleet.logs["day"]
+    assert day.to_list() == written["day"].to_list() and isinstance(day[0], date)
+    assert np.asarray(day).dtype == "datetime64[D]" and f"<td>{day[0]}</td>" in day._repr_html_()
+    found = fleet.query(
+        "SELECT max(day) - min(day) AS span, CAST(start_ns / 1000 AS TIMESTAMP) AS start FROM logs GROUP BY start_ns"
+    )
+    assert found["span"].to_list() == [timedelta(0)]
+    (start,), (start_ns,) = found["start"].to_list(), written["start_ns"]
+    # the division is one of floating point
+    assert abs(start - datetime(1970, 1, 1) - timedelta(microseconds=start_ns // 1000)) <= timedelta(microseconds=1)
+    assert np.asarray(found["start"])[0] == np.datetime64(start)
+    assert found.to_polars().schema == {"span": pl.Duration("us"), "start": pl.Datetime("us")}
+
+
+def test_a_fleet_tells_its_notes_and_is_opened_again(tmp_path):
+    (tmp_path / "logs").mkdir()
+    shutil.copy(DATA / "tiny.mcap", tmp_path / "logs")
+    (tmp_path / "logs" / "weather.csv").write_text("time,wind\n0,1\n")
+    asked = dict(machine=DATA / "tiny_lift.toml", out=tmp_path / "fleet", reports="none")
+    with pytest.warns(UserWarning, match="1 tables or packed texts in folders were left out"):
+        fleet = tw.screen(tmp_path / "logs", **asked)
+    assert len(fleet.notes) == 1 and "1 logs, 0 failed" in repr(fleet) and fleet.notes[0] in fleet._repr_html_()
+    assert pickle.loads(pickle.dumps(fleet)).notes == fleet.notes
+    shutil.copy(DATA / "tiny_lift.mcap", tmp_path / "logs")
+    (tmp_path / "logs" / "tiny.mcap").unlink()
+    with pytest.warns(UserWarning) as told:
+        fleet = tw.screen(tmp_path / "logs", resume=True, **asked)
+    assert [str(warning.message) for warning in told] == fleet.notes
+    assert "(prune=True removes them)" in fleet.notes[1]
+    again = tw.Fleet(tmp_path / "fleet")
+    assert again.totals == fleet.totals and again.page == fleet.page and again.notes == []
+    assert again.logs.to_polars().equals(fleet.logs.to_polars())
+    assert pickle.loads(pickle.dumps(again)).totals == fleet.totals
+    with pytest.raises(tw.TipwatchError, match="expected a fleet from screen"):
+        again.undecided
+    with pytest.raises(FileNotFoundError, match="expected a complete data set"):
+        tw.Fleet(tmp_path)
+
+
+def test_the_tasks_of_an_engine_tell_notes_once(tmp_path):
+    from tipwatch import _tipwatch
+
+    (tmp_path / "logs").mkdir()
+    shutil.copy(DATA / "tiny.mcap", tmp_path / "logs")
+    (tmp_path / "logs" / "weather.csv").write_text("time,wind\n0,1\n")
+    task = _tipwatch.FleetTask(tmp_path / "fleet", machine=DATA / "tiny_lift.toml", reports="none")
+    for _ in range(2):
+        ((log, _),) = task.logs([tmp_path / "logs"])
+        assert task.run(log) is None
+        with pytest.warns(UserWarning, match="left out"):
+            fleet = task.gather(tmp_path / "fleet", [log], None, None, None, False)
+        assert len(fleet.notes) == 1
+
+
+def test_logs_are_named_by_anything_that_has_paths(tmp_path):
+    def totals(logs, name):
+        return tw.screen(logs, machine=DATA / "tiny_lift.toml", out=tmp_path / name, reports="none").totals["logs"]
+
+    assert totals((DATA / name for name in ("tiny.mcap", "tiny_lift.mcap")), "generator") == 2
+    assert totals({str(DATA / "tiny.mcap")}, "set") == 1
+    for wrong, found in [(42, "int"), (None, "NoneType")]:
+        with pytest.raises(TypeError, match=f"expected a path or an iterable of paths, found {found}"):
+            totals(wrong, "wrong")
+    with pytest.raises(TypeError, match="expected a word or an iterable of words, found int"):
+        tw.screen(DATA / "tiny.mcap", machine=DATA / "tiny_lift.toml", out=tmp_path / "wrong", fail_on=3)
+    for wrong in (Path("s3://bucket/logs"), [Path("s3://bucket/logs")]):
+        with pytest.raises(ValueError, match="^expected s3://… as text, found a path object"):
+            totals(wrong, "wrong")
+    assert not (tmp_path / "wrong").exists()
 
 
 def test_the_parts_of_a_fleet_are_gathered(tmp_path):
@@ -194,7 +274,7 @@ def test_a_machine_stands_on_something(machine):
 
 def test_another_motion_of_the_suspension(tmp_path):
     replay = tw.whatif(DATA / "second_paper.mcap", DATA / "second_paper.toml", suspension="locked", out=tmp_path)
-    assert len(replay.samples) > 100 and replay.findings
+    assert len(replay.samples) > 100 and replay.findings[0] in repr(replay)
     assert (tmp_path / "whatif.parquet").exists()
 
 

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from tipwatch._errors import error
+
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
@@ -43,16 +45,21 @@ def plot(analysis: Analysis, start: float | None = None, end: float | None = Non
     """``Analysis.plot``."""
     pyplot = _pyplot("Analysis.plot")
     samples, events = analysis.samples, analysis.events
+    wheels = [name[len("load_") : -len("_sigma")] for name in samples.columns if _is_band(name, samples.columns)]
+    lacking = [name for name in ("time_ns", "valid") if name not in samples]
+    lacking += [] if wheels else ["load_WHEEL", "load_WHEEL_sigma"]
+    if lacking:
+        raise error("value", f"expected samples with {', '.join(lacking)} to plot, found none: name them in columns of analyze")
     times_ns = np.asarray(samples["time_ns"])
     seconds = (times_ns - times_ns[0]) / 1e9
     shown = (seconds >= (-np.inf if start is None else start)) & (seconds <= (np.inf if end is None else end))
     if not shown.any():
-        raise ValueError(f"expected rows between start {start} and end {end}, found rows from 0 to {seconds[-1]:.2f} s")
+        raise error("value", f"expected rows between start {start} and end {end}, found rows from 0 to {seconds[-1]:.2f} s")
     # what is doubted or cannot be computed is no curve
     valid = np.asarray(samples["valid"], dtype=bool)
     values = lambda name: np.where(valid, np.asarray(samples[name], dtype=float), np.nan)[shown]
     loads, margins = pyplot.subplots(2, 1, figsize=(11, 6.5), sharex=True, layout="constrained")[1] if ax is None else _pair(ax)
-    for wheel in (name[len("otf_") : -len("_sigma")] for name in samples.columns if name.startswith("otf_") and name.endswith("_sigma")):
+    for wheel in wheels:
         load, sigma = values(f"load_{wheel}"), values(f"load_{wheel}_sigma")
         (line,) = loads.plot(seconds[shown], load, linewidth=1.2, label=wheel.upper())
         band = (np.maximum(load - 2 * sigma, 0), load + 2 * sigma)
@@ -71,6 +78,11 @@ def plot(analysis: Analysis, start: float | None = None, end: float | None = Non
     return loads.figure
 
 
+def _is_band(name: str, columns: list[str]) -> bool:
+    """Whether a column is the standard deviation of a wheel's load, which is there, too."""
+    return name.startswith("load_") and name.endswith("_sigma") and name[: -len("_sigma")] in columns
+
+
 # colours of what wheels, edges and the machine do, the worst last
 _SHADES = {"wheel_light": "tab:orange", "wheel_lift": "tab:red", "edge_tipping": "tab:purple", "tip_over": "black"}
 
@@ -79,7 +91,8 @@ def _shade_events(axes: Any, events: Table, first_ns: int, span: tuple[float, fl
     """Shades the times of events; one label for each kind."""
     labelled = set()
     for kind, start_ns, end_ns in zip(*(events[name].to_list() for name in ("kind", "start_ns", "end_ns"))):
-        begin, stop = (start_ns - first_ns) / 1e9, (end_ns - first_ns) / 1e9
+        # an event that lasts until the end of the log has no end
+        begin, stop = (start_ns - first_ns) / 1e9, span[1] if end_ns is None else (end_ns - first_ns) / 1e9
         if kind in _SHADES and begin <= span[1] and stop >= span[0]:
             label = None if kind in labelled else kind.replace("_", " ")
             axes.axvspan(max(begin, span[0]), min(stop, span[1]), color=_SHADES[kind], alpha=0.12, linewidth=0, label=label)
@@ -89,10 +102,9 @@ def _shade_events(axes: Any, events: Table, first_ns: int, span: tuple[float, fl
 def _pyplot(caller: str) -> Any:
     try:
         from matplotlib import pyplot
-    except ImportError as error:
-        raise ImportError(
-            f"expected matplotlib for {caller}, found none: pip install matplotlib, or tipwatch[drawing]"
-        ) from error
+    except ImportError as missing:
+        text = f"expected matplotlib for {caller}, found none: pip install matplotlib, or tipwatch[drawing]"
+        raise error("package", text) from missing
     return pyplot
 
 
@@ -100,7 +112,7 @@ def _pair(ax: Any) -> tuple[Any, Any]:
     """Both axes that the caller gave."""
     axes = [ax] if hasattr(ax, "plot") else list(np.ravel(ax))
     if len(axes) != 2 or not all(hasattr(one, "plot") for one in axes):
-        raise ValueError(f"expected ax to be a pair of matplotlib axes, found {ax!r}")
+        raise error("value", f"expected ax to be a pair of matplotlib axes, found {ax!r}")
     return axes[0], axes[1]
 
 

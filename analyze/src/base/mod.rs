@@ -9,7 +9,7 @@ pub(crate) mod files;
 mod in_order;
 pub(crate) mod lock;
 pub(crate) mod memory;
-pub(crate) mod number;
+pub mod number;
 pub mod options;
 pub mod output_place;
 pub mod predicted;

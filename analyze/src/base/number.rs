@@ -33,7 +33,8 @@ pub(crate) fn input_in_words(subject: &str) -> String {
 }
 
 /// Four digits.
-pub(crate) fn short(value: f64) -> String {
+#[must_use]
+pub fn short(value: f64) -> String {
     match value.abs() {
         _ if !value.is_finite() => word!("not computable").into(),
         0.0 => "0".into(),

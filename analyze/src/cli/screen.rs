@@ -220,7 +220,7 @@ fn result_line(found: &Screen) -> String {
 fn exit_of(found: &Screen) -> Exit {
     let totals = &found.totals;
     Exit {
-        failed: totals.failed_unaccepted > 0,
+        failed: totals.failed_unaccepted > 0 || found.unaccepted_now > 0,
         broken: totals.breaking_by_evidence > 0,
         undecided: totals.undecided > 0,
         lost: totals.with_losses > 0,

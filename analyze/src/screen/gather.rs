@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File, TryLockError};
+use std::io;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
@@ -38,7 +39,8 @@ pub fn gather(
     // a list of all names is a request for a thousand of them, one after the other
     let names = store.names()?;
     if names.is_empty() {
-        bail!("{place}: expected the records of an earlier run, found none");
+        let text = format!("{place}: expected the records of an earlier run, found none");
+        return Err(io::Error::new(io::ErrorKind::NotFound, text).into());
     }
     let _lock = lock(&out, false)?;
     let mut missing = Vec::new();
@@ -79,14 +81,28 @@ pub fn gather(
         totals: finished.totals,
         analysed_now: 0,
         failed_now: 0,
+        unaccepted_now: 0,
         undecided: finished.undecided,
         not_delivered: 0,
         page: Some(asked.out.join(PAGE)),
     })
 }
 
+/// What a data set that was built before counts (`screen.json`).
+///
+/// # Errors
+/// There is none, or it is not complete.
+pub fn totals_of(data_set: &Path) -> Result<String> {
+    let place = Place::at(data_set)?;
+    let read = place.read(TOTALS);
+    let text = read.with_context(|| {
+        format!("{place}: expected a complete data set of tipwatch screen ({TOTALS}), found none")
+    })?;
+    String::from_utf8(text).with_context(|| format!("{place}: {TOTALS} cannot be read"))
+}
+
 /// The page.
-pub(super) const PAGE: &str = "fleet.html";
+pub const PAGE: &str = "fleet.html";
 /// Counts; written last.
 const TOTALS: &str = "screen.json";
 
@@ -314,6 +330,11 @@ fn remove_other_reports(named: &BTreeSet<String>, out: &Path) {
 impl Gate<'_> {
     pub(super) fn judge(&self, rows: &[LogRow]) -> Vec<Option<Judgement>> {
         judge(rows, self.policy, self.min_valid)
+    }
+
+    /// Whether the failure of a log is accepted.
+    pub(super) fn accepts(&self, reason: &str) -> bool {
+        (self.policy).is_some_and(|policy| policy.judge_failed(reason).passed)
     }
 
     /// The analysed logs that decide nothing, by path, with the reason.

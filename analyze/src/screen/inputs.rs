@@ -12,7 +12,7 @@ use std::fs;
 use std::io::{self, Read as _};
 use std::path::{Component, Path, PathBuf, absolute};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use glob::Pattern;
 use tipwatch_binding::read_text;
 use tipwatch_can::ContainerFormat;
@@ -56,13 +56,44 @@ impl Found {
         place.is_ok()
     }
 
+    /// Whether a log of this computer that a call or a manifest names is not there, and its folder is. Of a folder that is empty
+    /// this is only known where another of the logs beside it is there: what is not mounted looks like an empty folder.
+    pub(super) fn is_missing(&self, path: &Path) -> bool {
+        // a folder that was named and is away is listed, too
+        let is_file = || is_log(path) || is_table(path) || ends_with_any(path, &TRACE_ENDINGS);
+        let may_be_folder = || !is_file() && self.searched.iter().any(|place| place == path);
+        if Location::is_remote_path(path)
+            || !self.is_listed(path)
+            || path.exists()
+            || may_be_folder()
+        {
+            return false;
+        }
+        let Some(Ok(mut beside)) = path.parent().map(fs::read_dir) else {
+            return false;
+        };
+        beside.next().is_some()
+            || (path.ancestors().nth(2)).is_some_and(|above| self.has_log_below(above))
+    }
+
+    /// Whether one of the logs in a folder of this computer is there.
+    fn has_log_below(&self, folder: &Path) -> bool {
+        let first = folder.join("");
+        let first = (self.logs).partition_point(|log| log.as_os_str() < first.as_os_str());
+        let mut below = (self.logs[first..].iter()).take_while(|log| log.starts_with(folder));
+        below.any(|log| log.exists())
+    }
+
     /// What became of the log of a record.
     pub(super) fn presence(&self, path: &str) -> Presence {
         let is_text = !path.contains(char::REPLACEMENT_CHARACTER);
         let path = Path::new(path);
         let is_remote = Location::is_remote_path(path);
         if self.is_listed(path) {
-            return Presence::Here;
+            return match self.is_missing(path) {
+                true => Presence::Gone { is_named: true },
+                false => Presence::Here,
+            };
         }
         let mut above = path.ancestors().skip(1);
         if let Some(folder) = above.find(|folder| self.is_listed(folder)) {
@@ -191,14 +222,22 @@ pub(super) fn find(requested: &[PathBuf], out: &Path) -> Result<Found> {
     if found.logs.is_empty() {
         let names: Vec<_> = requested.iter().map(|p| p.display().to_string()).collect();
         let notes = found.notes().into_iter().map(|note| format!("; {note}"));
-        bail!(
-            "{}: expected logs (*.mcap, *.bag, *.db3, rosbag2 folders, CAN traces: *.blf, *.asc, *.trc, *.mf4, candump *.log), \
+        let places = match names.join(", ") {
+            none if none.is_empty() => none,
+            places => format!("{places}: "),
+        };
+        return Err(mistake(format!(
+            "{places}expected logs (*.mcap, *.bag, *.db3, rosbag2 folders, CAN traces: *.blf, *.asc, *.trc, *.mf4, candump *.log), \
              found none{}",
-            names.join(", "),
             notes.collect::<String>()
-        );
+        )));
     }
     Ok(found)
+}
+
+/// The error of a call that names no log.
+fn mistake(text: String) -> anyhow::Error {
+    io::Error::new(io::ErrorKind::InvalidInput, text).into()
 }
 
 /// That at least one of the named places of this computer exists, if all are such.
@@ -269,7 +308,9 @@ impl Finder {
             }
         }
         if is_empty {
-            bail!("{text}: expected matching logs, found none");
+            return Err(mistake(format!(
+                "{text}: expected matching logs, found none"
+            )));
         }
         Ok(())
     }
@@ -295,7 +336,10 @@ impl Finder {
             let Expanded { found, unnameable } =
                 expand(&path.to_string_lossy())?.unwrap_or_default();
             if found.is_empty() && unnameable.is_empty() {
-                bail!("{}: expected matching logs, found none", path.display());
+                let path = path.display();
+                return Err(mistake(format!(
+                    "{path}: expected matching logs, found none"
+                )));
             }
             let found = found.iter().map(|found| found.location.path().into());
             // those that cannot be named are reported as failed

@@ -32,10 +32,10 @@ mod totals;
 mod version;
 mod workers;
 
-pub use data_set::{Answer, NotAnswered, TABLES, query};
+pub use data_set::{Answer, NotAnswered, TABLES, Times, query};
 pub use failure::FailureKind;
 pub use fleet_file::Fleet;
-pub use gather::gather;
+pub use gather::{PAGE, gather, totals_of};
 pub use request::{
     DEFAULT_ATTEMPTS, Gate, Gathering, MOST_JOBS, Output, Reports, Request, Screen, Update,
 };

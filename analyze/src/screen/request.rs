@@ -122,7 +122,9 @@ pub struct Screen {
     pub analysed_now: usize,
     /// Logs that failed in this run.
     pub failed_now: usize,
-    /// Of these, logs that their storage did not deliver.
+    /// Of these, logs whose failure no policy accepts, whether or not the data set has an earlier result of them.
+    pub unaccepted_now: usize,
+    /// Logs that failed in this run because their storage did not deliver them.
     pub not_delivered: usize,
     /// Unchanged logs, analysed in an earlier run.
     pub from_before: usize,

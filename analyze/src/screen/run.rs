@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::Ordering;
@@ -58,11 +59,12 @@ pub fn screen(
     if !reuses && !is_part {
         let index = store.index()?;
         if !index.is_empty() {
-            bail!(
+            let text = format!(
                 "{}: expected an empty folder, found {} logs of an earlier run; use --resume to continue it",
                 request.out.display(),
                 index.len()
             );
+            return Err(io::Error::new(io::ErrorKind::AlreadyExists, text).into());
         }
     }
     if !is_part {
@@ -97,6 +99,11 @@ pub fn screen(
         matches!(&log.record.result, Outcome::Failed { kind: found, .. } if *found == kind)
     };
     let not_delivered = all.iter().filter(is_not_delivered).count();
+    let unaccepted_now = all.iter().filter(|log| match &log.record.result {
+        Outcome::Failed { reason, .. } => !gate.accepts(reason),
+        Outcome::Analysed { .. } => false,
+    });
+    let unaccepted_now = unaccepted_now.count();
     let analysed_now = all.len() - from_before - failed_now;
     let mut now: Vec<Record> = all.into_iter().map(|log| log.record).collect();
     now.sort_by(|a, b| a.path.cmp(&b.path));
@@ -107,7 +114,11 @@ pub fn screen(
     } else {
         let (records, unusable) = screening.store.load(&screening.store.names()?)?;
         add_unreadable(&mut now, unusable, &records, &request.options, notify);
-        let screened: BTreeSet<String> = now.iter().map(|record| record.path.clone()).collect();
+        // what a manifest names and was deleted has a record of this run, too
+        let screened = now.iter().map(|record| record.path.clone());
+        let screened: BTreeSet<String> = screened
+            .filter(|path| !found.is_missing(Path::new(path)))
+            .collect();
         let presence = |path: &str| match screened.contains(path) {
             true => Presence::Here,
             false => found.presence(path),
@@ -121,6 +132,7 @@ pub fn screen(
         totals,
         analysed_now,
         failed_now,
+        unaccepted_now,
         not_delivered,
         from_before,
         undecided,

@@ -97,10 +97,14 @@ impl Store {
         self.place.put(&name_of(&record.key()), text.as_bytes())
     }
 
-    /// Removes records.
+    /// Removes records, and the failures of their paths: the next run would find them alone.
     pub(super) fn remove(&self, records: &[Record]) -> Result<()> {
-        let names = records.iter();
-        let names: Vec<String> = names.map(|record| name_of(&record.key())).collect();
+        let keys = records.iter().flat_map(|record| {
+            let failure = format!("{}{FAILED}", path_key(&record.path));
+            [record.key(), failure]
+        });
+        let names: BTreeSet<String> = keys.map(|key| name_of(&key)).collect();
+        let names: Vec<String> = names.into_iter().collect();
         self.place
             .in_parallel(&names, |name| self.place.remove(name))?;
         Ok(())

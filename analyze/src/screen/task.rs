@@ -12,7 +12,7 @@ use super::inputs;
 use super::one_log::{CurrentRun, Screening, empty_record};
 use super::place::Place;
 use super::record::Outcome;
-use super::request::Reports;
+use super::request::{Reports, Update};
 use super::store::{Before, Store};
 use super::workers;
 use crate::base::options::Options;
@@ -88,13 +88,20 @@ impl Task<'_> {
 }
 
 /// The logs of a run over a fleet, each with the estimated memory of its analysis (bytes), the largest
-/// first.
+/// first. Notes about them go to `notify`.
 ///
 /// # Errors
 /// A pattern matches nothing, a manifest cannot be read, or there is no log at all.
-pub fn logs_of(requested: &[PathBuf], out: &Path) -> Result<Vec<(PathBuf, u64)>> {
-    let logs = inputs::find(requested, out)?.logs;
-    let mut logs: Vec<(PathBuf, u64)> = logs
+pub fn logs_of(
+    requested: &[PathBuf],
+    out: &Path,
+    fleet: &Fleet,
+    notify: &dyn Fn(Update<'_>),
+) -> Result<Vec<(PathBuf, u64)>> {
+    let found = inputs::find(requested, out)?;
+    let notes = found.notes().into_iter().chain(fleet.note());
+    notes.for_each(|note| notify(Update::Note(note)));
+    let mut logs: Vec<(PathBuf, u64)> = (found.logs)
         .into_iter()
         .map(|log| {
             let bytes = workers::estimated_memory(&log);

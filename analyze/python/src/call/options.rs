@@ -2,8 +2,9 @@
 
 use anyhow::{Result, anyhow, bail};
 use clap::ValueEnum;
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyString};
 use tipwatch_analyze::base::options::{HIGHEST_RATE_HZ, Options};
 
 use super::error::Mistake;
@@ -112,20 +113,32 @@ pub(crate) fn one_of<T: ValueEnum>(what: &str, given: &str) -> Result<T> {
     })
 }
 
-/// One word, or a list of them.
-#[derive(FromPyObject)]
-pub(crate) enum Words {
-    #[pyo3(transparent, annotation = "str")]
-    One(String),
-    #[pyo3(transparent, annotation = "list of str")]
-    Many(Vec<String>),
-}
+/// One word, or any iterable of them.
+pub(crate) struct Words(pub(crate) Vec<String>);
 
-impl Words {
-    pub(crate) fn list(&self) -> &[String] {
-        match self {
-            Self::One(word) => std::slice::from_ref(word),
-            Self::Many(words) => words,
+impl<'py> FromPyObject<'_, 'py> for Words {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        if given.is_instance_of::<PyString>() {
+            return Ok(Self(vec![given.extract()?]));
         }
+        let wrong = |found: &Bound<'py, PyAny>| -> PyResult<PyErr> {
+            let found = found.get_type().name()?;
+            Ok(PyTypeError::new_err(format!(
+                "expected a word or an iterable of words, found {found}"
+            )))
+        };
+        let Ok(words) = given.try_iter() else {
+            return Err(wrong(&given)?);
+        };
+        let words = words.map(|word| {
+            let word = word?;
+            match word.extract::<String>() {
+                Ok(word) => Ok(word),
+                Err(_) => Err(wrong(&word)?),
+            }
+        });
+        Ok(Self(words.collect::<PyResult<_>>()?))
     }
 }

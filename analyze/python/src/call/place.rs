@@ -2,10 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyString};
 use tipwatch_storage::{Location, redact};
 
-use super::error::exception;
+use super::error::{Mistake, exception};
 
 /// A path or URL of a call, without what is secret in it; the place is found again by what remains.
 ///
@@ -47,11 +49,34 @@ impl<'py> FromPyObject<'_, 'py> for Place {
     fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
         let path: PathBuf = given.extract()?;
         if let Some(scheme) = scheme_with_one_slash(&path) {
-            return Err(exception(&anyhow::anyhow!(
+            return Err(exception(&anyhow::anyhow!(Mistake(format!(
                 "expected {scheme}://… as text, found a path object: it keeps one slash only"
-            )));
+            )))));
         }
         Ok(Self::named(&path))
+    }
+}
+
+/// The places of a call: one, or any iterable of them.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Places(pub(crate) Vec<PathBuf>);
+
+impl<'py> FromPyObject<'_, 'py> for Places {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        let is_text = given.is_instance_of::<PyString>() || given.is_instance_of::<PyBytes>();
+        if is_text || given.hasattr("__fspath__")? {
+            return Ok(Self(vec![given.extract::<Place>()?.into_path()]));
+        }
+        let Ok(places) = given.try_iter() else {
+            return Err(PyTypeError::new_err(format!(
+                "expected a path or an iterable of paths, found {}",
+                given.get_type().name()?
+            )));
+        };
+        let places = places.map(|place| Ok(place?.extract::<Place>()?.into_path()));
+        Ok(Self(places.collect::<PyResult<_>>()?))
     }
 }
 

@@ -1,43 +1,129 @@
 //! The result of a screening.
 
 use std::ffi::OsString;
+use std::fmt::Write as _;
 use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, anyhow};
 use pyo3::IntoPyObjectExt;
+use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
-use tipwatch_analyze::screen::{Screen, query};
+use tipwatch_analyze::screen::{PAGE, Screen, Update, query, totals_of};
 
-use crate::call::error::exception;
+use crate::call::error::{exception, in_python};
 use crate::call::pickle::{Reduced, reduced};
 use crate::call::place::Place;
-use crate::table::Table;
+use crate::table::{Table, escaped};
 
-/// The result of a screening: the data set in its folder, and what was counted.
+/// What a run tells beside its counts, from all of its threads.
+#[derive(Default)]
+pub(super) struct Notes(Mutex<Vec<String>>);
+
+impl Notes {
+    pub(super) fn take(&self, told: Update<'_>) {
+        let note = match told {
+            Update::Note(note) => in_python(&note),
+            Update::Conflict { reason, .. } => reason.to_owned(),
+            Update::Begin(_) | Update::Done { .. } => return,
+        };
+        let mut notes = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        // a conflict is told of each of its logs
+        if !notes.contains(&note) {
+            notes.push(note);
+        }
+    }
+
+    /// All of them, once.
+    pub(super) fn drain(&self) -> Vec<String> {
+        std::mem::take(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+/// A fleet that was screened: the data set in its folder, and what was counted.
+///
+/// Parameters
+/// ----------
+/// out : path or URL
+///     The folder or bucket of an earlier ``screen``, complete with its page.
+///
+/// Raises
+/// ------
+/// TipwatchError
+///     There is no data set, or it is not complete.
 #[pyclass(frozen, module = "tipwatch")]
 pub(crate) struct Fleet {
     out: PathBuf,
     totals: String,
-    undecided: Vec<(String, String)>,
+    /// `None` of a data set that was opened: the rules of its run are not known.
+    undecided: Option<Vec<(String, String)>>,
     page: Option<PathBuf>,
+    notes: Vec<String>,
 }
 
 impl Fleet {
-    pub(super) fn of(out: PathBuf, found: Screen) -> Result<Self> {
+    pub(super) fn of(out: PathBuf, found: Screen, notes: Vec<String>) -> Result<Self> {
         Ok(Self {
             out,
             totals: serde_json::to_string(&found.totals).context("the totals of a screening")?,
-            undecided: found.undecided,
+            undecided: Some(found.undecided),
             page: found.page,
+            notes,
         })
+    }
+
+    /// Tells the notes as warnings.
+    pub(super) fn told(py: Python<'_>, fleet: Self) -> PyResult<Py<Self>> {
+        let category = py.get_type::<PyUserWarning>();
+        let warn = py.import("warnings")?.getattr("warn")?;
+        for note in &fleet.notes {
+            warn.call1((note, &category))?;
+        }
+        Py::new(py, fleet)
+    }
+
+    /// What was counted, in words.
+    fn counted(&self) -> String {
+        let totals = serde_json::from_str(&self.totals).unwrap_or(serde_json::Value::Null);
+        let count = |name: &str| totals[name].as_u64().unwrap_or(0);
+        let mut text = format!(
+            "{} logs, {} failed, {} with findings",
+            count("logs"),
+            count("failed"),
+            count("with_findings")
+        );
+        if count("undecided") > 0 {
+            // writing to a text does not fail
+            let _ = write!(text, ", {} not decided", count("undecided"));
+        }
+        text
     }
 }
 
 /// What a result of a screening is made of again.
-type Parts = (OsString, String, Vec<(String, String)>, Option<OsString>);
+type Parts = (
+    OsString,
+    String,
+    Option<Vec<(String, String)>>,
+    Option<OsString>,
+    Vec<String>,
+);
 
 #[pymethods]
 impl Fleet {
+    #[new]
+    fn new(py: Python<'_>, out: Place) -> PyResult<Self> {
+        let totals = py.detach(|| totals_of(&out));
+        let out = out.into_path();
+        Ok(Self {
+            totals: totals.map_err(|error| exception(&error))?,
+            undecided: None,
+            page: Some(out.join(PAGE)),
+            notes: Vec::new(),
+            out,
+        })
+    }
+
     /// Pattern of the files with one row per log: ``polars.scan_parquet(fleet.logs_uri)``.
     #[getter]
     fn logs_uri(&self) -> String {
@@ -65,7 +151,7 @@ impl Fleet {
     /// The answer to a question in SQL over the tables ``logs``, ``events`` and ``comparisons``, as of ``tipwatch query``.
     fn query(&self, py: Python<'_>, sql: &str) -> PyResult<Table> {
         let answer =
-            py.detach(|| query(&self.out, sql).and_then(|answer| Table::of(answer.table()?)));
+            py.detach(|| query(&self.out, sql).and_then(|answer| Table::of_answer(&answer)));
         answer.map_err(|error| exception(&error))
     }
 
@@ -75,10 +161,24 @@ impl Fleet {
         py.import("json")?.call_method1("loads", (&self.totals,))
     }
 
-    /// The logs that decide nothing, each with the reason.
+    /// The logs that decide nothing, each with the reason. Only ``screen`` knows the rules that say so: of a fleet that was
+    /// opened it is a TipwatchError, ``totals`` has their number.
     #[getter]
-    fn undecided(&self) -> Vec<(String, String)> {
-        self.undecided.clone()
+    fn undecided(&self) -> PyResult<Vec<(String, String)>> {
+        self.undecided.clone().ok_or_else(|| {
+            exception(&anyhow!(
+                "expected a fleet from screen for its undecided logs, found one that was opened: screen(gather=True, out={:?}) \
+                 makes it again from its records",
+                self.out
+            ))
+        })
+    }
+
+    /// What the run told beside its counts: logs that were left out, that no longer exist, or that contradict each other. One
+    /// sentence each.
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        self.notes.clone()
     }
 
     /// The page (``fleet.html``): a path, or the URL in a bucket; None for one part of a fleet.
@@ -101,6 +201,7 @@ impl Fleet {
             own.totals.clone(),
             own.undecided.clone(),
             own.page.clone().map(PathBuf::into_os_string),
+            own.notes.clone(),
         );
         reduced(this, parts)
     }
@@ -109,18 +210,36 @@ impl Fleet {
     fn _of_parts(
         out: Place,
         totals: String,
-        undecided: Vec<(String, String)>,
+        undecided: Option<Vec<(String, String)>>,
         page: Option<Place>,
+        notes: Vec<String>,
     ) -> Self {
         Self {
             out: out.into_path(),
             totals,
             undecided,
             page: page.map(Place::into_path),
+            notes,
         }
     }
 
     fn __repr__(&self) -> String {
-        format!("<tipwatch.Fleet in {}>", self.out.display())
+        format!(
+            "<tipwatch.Fleet in {}: {}>",
+            self.out.display(),
+            self.counted()
+        )
+    }
+
+    /// The fleet in a notebook: what was counted, and the notes.
+    fn _repr_html_(&self) -> String {
+        let notes = self.notes.iter();
+        let notes = notes.map(|note| format!("<li>{}</li>", escaped(note)));
+        let place = escaped(&self.out.display().to_string());
+        format!(
+            "<p>{} in {place}</p><ul>{}</ul>",
+            self.counted(),
+            notes.collect::<String>()
+        )
     }
 }

@@ -16,7 +16,7 @@ use crate::call::place::Place;
 pub(super) fn rules(policy: Option<&Place>, fail_on: Option<&Words>) -> Result<Option<Policy>> {
     match (policy, fail_on) {
         (Some(file), _) => Ok(Some(Policy::read(file)?)),
-        (None, Some(kinds)) => without(kinds.list()),
+        (None, Some(kinds)) => without(&kinds.0),
         (None, None) => Ok(None),
     }
 }

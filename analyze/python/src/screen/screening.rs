@@ -13,14 +13,14 @@ use tipwatch_analyze::screen::{
 };
 use tipwatch_binding::MachineFile;
 
-use super::fleet::Fleet;
+use super::fleet::{Fleet, Notes};
 use super::gate::{gate, rules};
 use super::task::accepting;
 use crate::call::error::{Mistake, exception};
 use crate::call::interrupt::{Stop, interruptible};
 use crate::call::number::{Whole, positive};
 use crate::call::options::{Stated, Words, value};
-use crate::call::place::{Place, paths};
+use crate::call::place::{Place, Places};
 use crate::call::progress::Progress;
 use crate::machine::machine_file;
 
@@ -28,7 +28,7 @@ use crate::machine::machine_file;
 ///
 /// Parameters
 /// ----------
-/// logs : path, or sequence of paths
+/// logs : path, or iterable of paths
 ///     Folders, patterns, manifests and logs. None are needed with ``gather``.
 /// out : path
 ///     Output folder for data set, page and reports; not with ``records``.
@@ -52,7 +52,7 @@ use crate::machine::machine_file;
 ///     0.5.
 /// policy : path, optional
 ///     The rules by which the logs are judged (``policy.json``).
-/// fail_on : str, or sequence of str, optional
+/// fail_on : str, or iterable of str, optional
 ///     Kinds of events that no log may have, as "wheel_lift": a policy of these rules. ``Fleet.totals`` counts the logs that
 ///     break it.
 /// prune : bool
@@ -87,19 +87,21 @@ use crate::machine::machine_file;
 /// Returns
 /// -------
 /// Fleet
+///     Its ``notes`` are also Python warnings (``UserWarning``).
 ///
 /// Raises
 /// ------
 /// TipwatchError
-///     There is no log, the folder cannot be used, or a keyword has a value that it cannot have or excludes another. A log that cannot be analysed is not an error: the data set
-///     has it with the reason and its kind; so is a log whose worker is lost.
+///     There is no log, the folder cannot be used, or a keyword has a value that it cannot have or excludes another. A log
+///     that cannot be analysed is not an error: the data set has it with the reason and its kind; so is a log whose worker
+///     is lost.
 /// KeyboardInterrupt
 ///     Ctrl+C, once the logs in work are finished (standard error says so): the data set stays whole, and
 ///     ``resume=True`` continues.
 #[pyfunction]
 #[pyo3(
     signature = (
-        logs=Logs::Several(Vec::new()), *, out=None, machine=None, fleet=None, accept_inertias=false, resume=false,
+        logs=Places::default(), *, out=None, machine=None, fleet=None, accept_inertias=false, resume=false,
         jobs=None, rate=None, estimator=None, model=None, closed_form_input=None, apply_clock_offsets=None,
         quasi_static=None, min_valid=None, policy=None, fail_on=None, prune=false, reports=None, memory=None, shard=None,
         records=None, attempts=None, gather=Gather::No, progress=None, runner="threads", retries=None
@@ -109,7 +111,7 @@ use crate::machine::machine_file;
 #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
 pub(crate) fn screen(
     py: Python<'_>,
-    logs: Logs,
+    logs: Places,
     out: Option<Place>,
     machine: Option<&Bound<'_, PyAny>>,
     fleet: Option<Place>,
@@ -189,10 +191,7 @@ pub(crate) fn screen(
     // before hours of analyses
     let rules = rules(policy.as_ref(), fail_on.as_ref()).map_err(|error| exception(&error))?;
     let machine = machine.map(machine_file).transpose()?;
-    let logs = match logs {
-        Logs::One(log) => vec![log.into_path()],
-        Logs::Several(logs) => paths(logs),
-    };
+    let Places(logs) = logs;
     let fleet = fleet.map(Place::into_path);
     let progress = Progress::of(py, progress, "Logs", ())?;
     if runner != "threads" {
@@ -215,7 +214,7 @@ pub(crate) fn screen(
         let judged = PyDict::new(py);
         judged.set_item("min_valid", min_valid)?;
         judged.set_item("policy", policy.map(Place::into_path))?;
-        judged.set_item("fail_on", fail_on.as_ref().map(Words::list))?;
+        judged.set_item("fail_on", fail_on.map(|Words(kinds)| kinds))?;
         judged.set_item("prune", prune)?;
         arguments.set_item("judged", judged)?;
         arguments.set_item("retries", numbers.retries)?;
@@ -256,12 +255,13 @@ pub(crate) fn screen(
     };
     let (work, place, options) = read().map_err(|error: anyhow::Error| exception(&error))?;
     let (done, all) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let notes = Notes::default();
     let notify = |update: Update<'_>| match update {
         Update::Begin(logs) => all.store(logs, Ordering::Relaxed),
         Update::Done { .. } => {
             done.fetch_add(1, Ordering::Relaxed);
         }
-        Update::Conflict { .. } | Update::Note(_) => {}
+        told => notes.take(told),
     };
     let gate = gate(rules.as_ref(), min_valid);
     let compute = |stop: &Stop| -> Result<Screen> {
@@ -306,8 +306,8 @@ pub(crate) fn screen(
         progress.tell((done.load(Ordering::Relaxed), all.load(Ordering::Relaxed)))
     });
     progress.end(matches!(found, Ok(Ok(_))))?;
-    let found = found?.and_then(|found| Fleet::of(place, found));
-    Py::new(py, found.map_err(|error| exception(&error))?)
+    let found = found?.and_then(|found| Fleet::of(place, found, notes.drain()));
+    Fleet::told(py, found.map_err(|error| exception(&error))?)
 }
 
 /// Further workers of an engine that a log may lose, unless another number is asked for.
@@ -437,13 +437,4 @@ fn as_in_its_file(machine: MachineFile) -> PyResult<PathBuf> {
             machine.path.display()
         ))),
     }
-}
-
-/// One place of logs, or several.
-#[derive(FromPyObject)]
-pub(crate) enum Logs {
-    #[pyo3(transparent)]
-    One(Place),
-    #[pyo3(transparent)]
-    Several(Vec<Place>),
 }

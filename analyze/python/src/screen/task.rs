@@ -7,11 +7,11 @@ use anyhow::{Context, Result, anyhow, bail};
 use pyo3::prelude::*;
 use tipwatch_analyze::base::options::Options;
 use tipwatch_analyze::screen::{
-    FailureKind, Fleet as Machines, Gathering, Reports, Task, TaskResult, gather, logs_of,
+    FailureKind, Fleet as Machines, Gathering, Reports, Task, TaskResult, Update, gather, logs_of,
 };
 use tipwatch_binding::MachineFile;
 
-use super::fleet::Fleet;
+use super::fleet::{Fleet, Notes};
 use super::gate::{gate, rules};
 use crate::call::error::{Mistake, exception};
 use crate::call::options::{Stated, Words, value};
@@ -26,6 +26,8 @@ pub(crate) struct FleetTask {
     machines: Machines,
     options: Options,
     reports: Reports,
+    /// What the search for the logs told.
+    notes: Notes,
 }
 
 #[pymethods]
@@ -70,6 +72,7 @@ impl FleetTask {
                 machines: accepting(machines, accept_inertias)?,
                 options: stated.options()?,
                 reports: value("reports", reports, Reports::default())?,
+                notes: Notes::default(),
             })
         };
         read().map_err(|error| exception(&error))
@@ -93,7 +96,8 @@ impl FleetTask {
     /// The logs, each with the estimated memory of its analysis (bytes), the largest first.
     fn logs(&self, py: Python<'_>, logs: Vec<Place>) -> PyResult<Vec<(OsString, u64)>> {
         let logs = paths(logs);
-        let found = py.detach(|| logs_of(&logs, &self.records));
+        let tell = |told: Update<'_>| self.notes.take(told);
+        let found = py.detach(|| logs_of(&logs, &self.records, &self.machines, &tell));
         let found = found.map_err(|error| exception(&error))?.into_iter();
         // a path object would not keep the two slashes of a URL
         Ok(found.map(|(log, bytes)| (log.into(), bytes)).collect())
@@ -134,7 +138,7 @@ impl FleetTask {
         policy: Option<Place>,
         fail_on: Option<Words>,
         prune: bool,
-    ) -> PyResult<Fleet> {
+    ) -> PyResult<Py<Fleet>> {
         let (out, logs) = (out.into_path(), paths(logs));
         let policy = rules(policy.as_ref(), fail_on.as_ref()).map_err(|error| exception(&error))?;
         let gathered = py.detach(|| {
@@ -145,10 +149,12 @@ impl FleetTask {
                 prune,
                 options: self.options,
             };
-            gather(&asked, gate(policy.as_ref(), min_valid), &|_| {})
+            gather(&asked, gate(policy.as_ref(), min_valid), &|told| {
+                self.notes.take(told);
+            })
         });
-        let fleet = gathered.and_then(|found| Fleet::of(out, found));
-        fleet.map_err(|error| exception(&error))
+        let fleet = gathered.and_then(|found| Fleet::of(out, found, self.notes.drain()));
+        Fleet::told(py, fleet.map_err(|error| exception(&error))?)
     }
 }
 

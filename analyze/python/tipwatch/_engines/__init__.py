@@ -40,16 +40,15 @@ def screen(
     try:
         engine = import_module(f"tipwatch._engines._{runner}")
     except ModuleNotFoundError as missing:
-        raise _tipwatch.TipwatchError(
-            f"runner {runner!r} needs the package {_ENGINES[runner]}: pip install '{_ENGINES[runner]}' ({missing})"
-        ) from missing
+        package = _ENGINES[runner]
+        text = f"expected the package {package} for runner {runner!r}, found none: pip install '{package}' ({missing})"
+        raise error("package", text) from missing
     parcel = Parcel.of(_absolute(out), machine, fleet, options)
     task = parcel.open()
     known = task.records()
     if known and not resume:
-        raise _tipwatch.TipwatchError(
-            f"{out}: expected an empty folder, found {known} logs of an earlier run; use resume=True to continue it"
-        )
+        text = f"{out}: expected an empty folder, found {known} logs of an earlier run; use resume=True to continue it"
+        raise error("exists", text)
     all_logs = task.logs(logs)
     done = 0
 

@@ -26,10 +26,10 @@ impl NotAnswered {
     ///
     /// # Errors
     /// The query is empty, or would do something else than read.
-    pub(super) fn unless_reading(sql: &str) -> Result<(), Self> {
+    pub(super) fn unless_reading(sql: &str) -> Result<&str, Self> {
         let word = first_word(sql);
         if READING.iter().any(|known| known.eq_ignore_ascii_case(word)) {
-            return Ok(());
+            return Ok(word);
         }
         let found = match word {
             "" => "none".into(),
@@ -82,6 +82,14 @@ pub(super) fn text(sql: &str, error: &PolarsError, named: &BTreeSet<String>) -> 
 /// The sentence of an error, without what only the authors of its library can read.
 fn reason(error: &PolarsError) -> String {
     let text = error.to_string();
+    let is_twice = text.starts_with("duplicate: ")
+        || text.starts_with("the name '") && text.contains("is duplicate");
+    if is_twice {
+        let name = text.split('\'').nth(1).unwrap_or_default();
+        return format!(
+            "expected a name of its own for each column, found \"{name}\" twice: AS gives another"
+        );
+    }
     let (first, more) = text.split_once('\n').unwrap_or((&text, ""));
     let first = first.split("; valid columns:").next().unwrap_or(first);
     let hint = more.lines().find(|line| line.starts_with("Did you mean"));

@@ -2,11 +2,13 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeSet;
+use std::io;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Context, Result, anyhow};
 use polars::prelude::{
     AnyValue, DataFrame, DataType, LazyFrame, PlRefPath, PolarsError, ScanArgsParquet, SchemaRef,
+    TimeUnit,
 };
 use polars::sql::{SQLContext, extract_table_identifiers};
 use serde_json::{Map, Value};
@@ -31,10 +33,11 @@ pub struct Answer {
 /// # Errors
 /// There is no data set, the query is not valid, or it names another table; see [`NotAnswered`].
 pub fn query(data_set: &Path, sql: &str) -> Result<Answer> {
-    NotAnswered::unless_reading(sql)?;
+    let shows_tables = NotAnswered::unless_reading(sql)?.eq_ignore_ascii_case("SHOW");
     let named = extract_table_identifiers(sql, false, true)
         .map_err(|error| NotAnswered::not_parsed(sql, &error))?;
-    let named: BTreeSet<String> = named.iter().map(|name| name.to_lowercase()).collect();
+    let written: BTreeSet<String> = named.into_iter().collect();
+    let named: BTreeSet<String> = written.iter().map(|name| name.to_lowercase()).collect();
     let place = Place::at(data_set)?;
     // tables of a bucket, until they are asked
     let fetched = tempfile::tempdir().context("no temporary folder can be made")?;
@@ -45,6 +48,9 @@ pub fn query(data_set: &Path, sql: &str) -> Result<Answer> {
         let keys = keys.into_iter().filter(|key| is_table(Path::new(key)));
         let keys: Vec<String> = keys.map(|key| format!("{name}/{key}")).collect();
         is_empty &= keys.is_empty();
+        if shows_tables {
+            context.register(name, scan(name, &[])?);
+        }
         if !named.contains(*name) {
             continue;
         }
@@ -52,10 +58,18 @@ pub fn query(data_set: &Path, sql: &str) -> Result<Answer> {
             Some(folder) => keys.iter().map(|key| folder.join(key)).collect(),
             None => fetch(&place, &keys, fetched.path())?,
         };
-        context.register(name, scan(name, &files)?);
+        let table = scan(name, &files)?;
+        for spelled in written
+            .iter()
+            .filter(|spelled| spelled.eq_ignore_ascii_case(name))
+        {
+            context.register(spelled, table.clone());
+        }
     }
     if is_empty {
-        bail!("{place}: expected a data set of tipwatch screen (logs/*.parquet), found none");
+        let text =
+            format!("{place}: expected a data set of tipwatch screen (logs/*.parquet), found none");
+        return Err(io::Error::new(io::ErrorKind::NotFound, text).into());
     }
     let answered = context.execute(sql).and_then(LazyFrame::collect);
     let frame = answered.map_err(|error| match error {
@@ -121,7 +135,7 @@ impl Answer {
         self.frame.height()
     }
 
-    /// The same as a table of results. Days are texts.
+    /// The same as a table of results. Times are whole numbers, see [`Answer::times`].
     ///
     /// # Errors
     /// A column has a type that such tables do not have.
@@ -134,6 +148,9 @@ impl Answer {
                 .filter(|known| known.name == name)
                 .find_map(|known| known.unit);
             let values = match column.dtype() {
+                DataType::Date | DataType::Datetime(..) | DataType::Duration(_) => {
+                    of_frame(&column.to_physical_repr())
+                }
                 DataType::Int64 | DataType::UInt64 => of_frame(column),
                 whole if whole.is_integer() => of_frame(&column.cast(&DataType::Int64)?),
                 _ => of_frame(column),
@@ -149,6 +166,13 @@ impl Answer {
             table.add_values(name, unit.map(Cow::from), values);
         }
         Ok(table)
+    }
+
+    /// What the whole numbers of each column of the table count, if they are times.
+    #[must_use]
+    pub fn times(&self) -> Vec<Option<Times>> {
+        let columns = self.frame.columns().iter();
+        columns.map(|column| Times::of(column.dtype())).collect()
     }
 
     /// The values of a row, as of JSON.
@@ -244,6 +268,40 @@ impl Answer {
     }
 }
 
+/// A type of times in an answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Times {
+    /// Days since 1970.
+    Days,
+    /// Time since 1970 (UTC) in parts of a second, so many to one.
+    Instants(i64),
+    /// A time in parts of a second, so many to one.
+    Durations(i64),
+}
+
+impl Times {
+    fn of(kind: &DataType) -> Option<Self> {
+        match kind {
+            DataType::Date => Some(Self::Days),
+            DataType::Datetime(unit, _) => Some(Self::Instants(parts(*unit))),
+            DataType::Duration(unit) => Some(Self::Durations(parts(*unit))),
+            _ => None,
+        }
+    }
+}
+
+/// Parts of a second.
+fn parts(unit: TimeUnit) -> i64 {
+    match unit {
+        TimeUnit::Milliseconds => 1_000,
+        TimeUnit::Microseconds => 1_000_000,
+        TimeUnit::Nanoseconds => 1_000_000_000,
+    }
+}
+
+/// Farthest time from 1970 that has a date in the calendar of the library (s): a quarter of a million years.
+const FARTHEST_S: u64 = 8_000_000_000_000;
+
 /// A number for a terminal.
 fn rounded(number: &serde_json::Number) -> String {
     match number.as_f64() {
@@ -276,6 +334,12 @@ fn json(value: &AnyValue<'_>) -> Value {
         }
         _ if value.is_integer() => value.extract::<i64>().map_or(Value::Null, Value::from),
         AnyValue::Date(day) => Day(*day).date().map_or(Value::Null, Value::from),
-        other => format!("{other:?}").into(),
+        AnyValue::Datetime(time, unit, _) | AnyValue::DatetimeOwned(time, unit, _) => {
+            match (time / parts(*unit)).unsigned_abs() < FARTHEST_S {
+                true => AnyValue::Datetime(*time, *unit, None).to_string().into(),
+                false => (*time).into(),
+            }
+        }
+        other => other.to_string().into(),
     }
 }

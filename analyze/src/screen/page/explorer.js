@@ -39,12 +39,12 @@ unpacked('data').json().then(function (data) {
     {head: 'Worst margin', key: function (i) { return data.margin[i]; }, text: margin},
     {head: 'At most by any split', key: function (i) { return data.any[i]; }, text: function (i) { return known(data.any[i]) ? data.any[i] + ' %' : ''; }},
     {head: 'Wheel or support', key: function (i) { return data.wheel[i]; }, text: function (i) { return known(data.wheel[i]) ? data.wheels[data.wheel[i]] : ''; }},
-    {head: 'Lifted', key: function (i) { return -data.lifted[i]; }, text: function (i) { return data.lifted[i] ? seconds(data.lifted[i] / 100) : ''; }},
-    {head: 'Certainty of the finding', key: function (i) { return known(data.sure[i]) ? -data.sure[i] : null; }, text: certainty},
+    {head: 'Lifted', down: true, key: function (i) { return data.lifted[i]; }, text: function (i) { return data.lifted[i] ? seconds(data.lifted[i] / 100) : ''; }},
+    {head: 'Certainty of the finding', down: true, key: function (i) { return data.sure[i]; }, text: certainty},
     {head: 'Computable', key: function (i) { return data.valid[i]; }, text: function (i) { return (known(data.valid[i]) ? percent(data.valid[i]) : '') + (data.undecided[i] ? ': not decided' : ''); }},
     {head: 'Main cause', key: function (i) { return data.cause[i]; }, text: function (i) { return known(data.cause[i]) ? data.causes[data.cause[i]] : ''; }},
-    {head: 'Speed', key: function (i) { return known(data.speed[i]) ? -data.speed[i] : null; }, text: function (i) { return known(data.speed[i]) ? (data.speed[i] / 10).toFixed(1) + ' m/s' : ''; }},
-    {head: 'Tilt', key: function (i) { return known(data.tilt[i]) ? -data.tilt[i] : null; }, text: function (i) { return known(data.tilt[i]) ? data.tilt[i] + '°' : ''; }},
+    {head: 'Speed', down: true, key: function (i) { return data.speed[i]; }, text: function (i) { return known(data.speed[i]) ? (data.speed[i] / 10).toFixed(1) + ' m/s' : ''; }},
+    {head: 'Tilt', down: true, key: function (i) { return data.tilt[i]; }, text: function (i) { return known(data.tilt[i]) ? data.tilt[i] + '°' : ''; }},
     {head: 'Day', key: function (i) { return data.day[i]; }, text: function (i) { return date(data.day[i]); }},
     {head: 'Doubt or failure', key: function (i) { return data.text[i]; }, text: function (i) { return known(data.text[i]) ? data.texts[data.text[i]] : ''; }}
   ];
@@ -90,7 +90,7 @@ unpacked('data').json().then(function (data) {
     column.button = element('button', column.head, cell, {type: 'button'});
     column.th = cell;
     column.button.addEventListener('click', function () {
-      state.down = state.by === c ? !state.down : false; state.by = c; page = 0; show();
+      state.down = state.by === c ? !state.down : Boolean(column.down); state.by = c; page = 0; show();
     });
   });
   const matching = function () {
@@ -140,20 +140,20 @@ unpacked('data').json().then(function (data) {
     const y = function (value) { return 10 + (height - 40) * (1 - (Math.max(floor, Math.min(1000, value)) - floor) / (1000 - floor)); };
     const chart = svg('svg', card, {viewBox: '0 0 ' + width + ' ' + height, 'class': 'chart', role: 'img'}, 'Worst margin of each log over time');
     [0, 500, 1000].forEach(function (value) {
-      svg('line', chart, {x1: 44, x2: width - 16, y1: y(value), y2: y(value), stroke: value ? '#ddd' : '#333', 'stroke-dasharray': value ? '' : '4 3'});
-      svg('text', chart, {x: 40, y: y(value) + 4, 'text-anchor': 'end', 'font-size': 12}).textContent = value / 10 + ' %';
+      svg('line', chart, {x1: 44, x2: width - 16, y1: y(value), y2: y(value), stroke: value ? 'var(--grid)' : 'var(--axis)', 'stroke-dasharray': value ? '' : '4 3'});
+      svg('text', chart, {x: 40, y: y(value) + 4, fill: 'var(--ink)', 'text-anchor': 'end', 'font-size': 12}).textContent = value / 10 + ' %';
     });
     [[first, 'start'], [last, 'end']].forEach(function (end) {
-      svg('text', chart, {x: x(end[0]), y: height - 6, 'text-anchor': last > first ? end[1] : 'middle', 'font-size': 12}).textContent = date(end[0]);
+      svg('text', chart, {x: x(end[0]), y: height - 6, fill: 'var(--ink)', 'text-anchor': last > first ? end[1] : 'middle', 'font-size': 12}).textContent = date(end[0]);
     });
     const lowest = new Map();
     dots.forEach(function (i) { const d = data.day[i]; if (!lowest.has(d) || data.margin[i] < data.margin[lowest.get(d)]) lowest.set(d, i); });
     const days = Array.from(lowest.keys()).sort(function (a, b) { return a - b; });
-    svg('polyline', chart, {fill: 'none', stroke: '#0072b2', points: days.map(function (d) { return x(d) + ',' + y(data.margin[lowest.get(d)]); }).join(' ')});
+    svg('polyline', chart, {fill: 'none', stroke: 'var(--accent)', points: days.map(function (d) { return x(d) + ',' + y(data.margin[lowest.get(d)]); }).join(' ')});
     (dots.length > 600 ? days.map(function (d) { return lowest.get(d); }) : dots).forEach(function (i) {
       const lifted = data.group[i] < 3;
-      if (known(data.sigma[i])) svg('line', chart, {x1: x(data.day[i]), x2: x(data.day[i]), y1: y(data.margin[i] - 2 * data.sigma[i]), y2: y(data.margin[i] + 2 * data.sigma[i]), stroke: '#999'});
-      svg('circle', chart, {cx: x(data.day[i]), cy: y(data.margin[i]), r: 3.5, fill: lifted ? '#000' : '#0072b2'},
+      if (known(data.sigma[i])) svg('line', chart, {x1: x(data.day[i]), x2: x(data.day[i]), y1: y(data.margin[i] - 2 * data.sigma[i]), y2: y(data.margin[i] + 2 * data.sigma[i]), stroke: 'var(--soft)'});
+      svg('circle', chart, {cx: x(data.day[i]), cy: y(data.margin[i]), r: 3.5, fill: lifted ? 'var(--limit)' : 'var(--accent)'},
         data.name[i] + ', ' + date(data.day[i]) + ': ' + margin(i) + ', ' + data.groups[data.group[i]]);
     });
   };
