@@ -419,6 +419,7 @@ mod tests {
             is_split_stated: false,
             unexplained_ns: Vec::new(),
             is_sparse: false,
+            goes_on: false,
             inputs: vec![InputFacts {
                 subject: "actuator.lift".into(),
                 topic: "/lift/force".into(),
