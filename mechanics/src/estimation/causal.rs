@@ -164,6 +164,16 @@ impl CausalEstimator {
         self.plausibility.remember_doubt(doubt);
     }
 
+    /// A joint was here in a session before; see [`Plausibility::remember_position`].
+    pub fn remember_position(&mut self, joint: usize, stamp_ns: i64, position: f64) {
+        (self.plausibility).remember_position(joint, stamp_ns, position);
+    }
+
+    /// The joints whose position is known; see [`Plausibility::known_positions`].
+    pub fn known_positions(&self) -> impl Iterator<Item = (usize, i64, f64)> {
+        self.plausibility.known_positions()
+    }
+
     /// A person trusts these signals as they are now: rows do not doubt them from the next samples on.
     pub fn trust(&mut self, signals: Proofs) {
         self.plausibility.trust(signals);

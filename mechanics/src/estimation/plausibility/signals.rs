@@ -193,6 +193,31 @@ impl SignalChecks {
         })
     }
 
+    /// The joints that have stopped to be measured.
+    pub(super) fn frozen(&self) -> impl Iterator<Item = SignalDoubt> {
+        let joints = self.watched_joints().filter(|(watch, _)| watch.is_frozen());
+        joints.map(|(_, joint)| SignalDoubt::frozen(joint))
+    }
+
+    /// A joint had stopped to be measured when the session before ended.
+    pub(super) fn remember_frozen(&mut self, joint: usize) {
+        self.watch_of(joint).for_each(JointWatch::remember_frozen);
+    }
+
+    /// Where a joint was at that time (ns, of the stamps) in a session before.
+    pub(super) fn remember_position(&mut self, joint: usize, stamp_ns: i64, position: f64) {
+        self.watch_of(joint)
+            .for_each(|watch| watch.remember_position(stamp_ns, position));
+    }
+
+    /// The joints whose position is known: index, stamp (ns) and position.
+    pub(super) fn known_positions(&self) -> impl Iterator<Item = (usize, i64, f64)> {
+        self.watched_joints().filter_map(|(watch, joint)| {
+            let (stamp_ns, position) = watch.known_position()?;
+            Some((joint, stamp_ns, position))
+        })
+    }
+
     /// The joints that have jumped where they cannot have moved, and of which nobody knows yet whether they stay there.
     pub(super) fn jumps(&self) -> impl Iterator<Item = SignalDoubt> {
         self.watched_joints().filter_map(|(watch, joint)| {
@@ -207,11 +232,19 @@ impl SignalChecks {
 
     /// A person trusts these joints where they are now.
     pub(super) fn trust(&mut self, signals: Proofs) {
-        let streams = self.joints.iter_mut().zip(&self.sensors.joints);
-        let joints = streams.flat_map(|(watches, stream)| watches.iter_mut().zip(&stream.joints));
-        joints
-            .filter(|&(_, &joint)| signals.has(Proof::Joint(joint)))
+        self.watches_mut()
+            .filter(|&(_, joint)| signals.has(Proof::Joint(joint)))
             .for_each(|(watch, _)| watch.trust());
+    }
+
+    fn watch_of(&mut self, joint: usize) -> impl Iterator<Item = &mut JointWatch> {
+        let watches = self.watches_mut().filter(move |&(_, it)| it == joint);
+        watches.map(|(watch, _)| watch)
+    }
+
+    fn watches_mut(&mut self) -> impl Iterator<Item = (&mut JointWatch, usize)> {
+        let streams = self.joints.iter_mut().zip(&self.sensors.joints);
+        streams.flat_map(|(watches, stream)| watches.iter_mut().zip(stream.joints.iter().copied()))
     }
 
     fn watched_joints(&self) -> impl Iterator<Item = (&JointWatch, usize)> {
@@ -219,10 +252,26 @@ impl SignalChecks {
         streams.flat_map(|(watches, stream)| watches.iter().zip(stream.joints.iter().copied()))
     }
 
-    /// The joints whose every position so far was exactly zero.
-    pub(in crate::estimation) fn only_zeros(&self) -> Proofs {
+    /// The joints and parts of the IMU that have shown one value only so far.
+    pub(in crate::estimation) fn unchanged(&self) -> Proofs {
+        let of_imu = [
+            (&self.force, Proof::SpecificForce),
+            (&self.turning, Proof::AngularVelocity),
+        ];
+        let of_imu = of_imu.into_iter().filter(|(watch, _)| !watch.has_changed());
+        let joints = self
+            .watched_joints()
+            .filter(|(watch, _)| !watch.has_changed());
+        joints
+            .map(|(_, joint)| Proof::Joint(joint))
+            .chain(of_imu.map(|(_, proof)| proof).filter(|_| self.sensors.imu))
+            .collect()
+    }
+
+    /// The joints whose position is exactly zero.
+    pub(in crate::estimation) fn at_zero(&self) -> Proofs {
         self.watched_joints()
-            .filter(|(watch, _)| !watch.has_left_zero())
+            .filter(|(watch, _)| watch.is_at_zero())
             .map(|(_, joint)| Proof::Joint(joint))
             .collect()
     }
