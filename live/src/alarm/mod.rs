@@ -4,9 +4,11 @@ mod acknowledgement;
 mod doubted;
 mod exchange;
 mod file;
+mod last_positions;
 mod store;
 
 pub use acknowledgement::{Acknowledged, AlarmSeen};
 pub use doubted::{DoubtedSignal, DoubtedSignals, SignalName};
 pub use file::{AlarmFile, Kept, default_folder};
+pub use last_positions::{LastPosition, LastPositions};
 pub use store::AlarmStore;

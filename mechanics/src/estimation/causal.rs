@@ -9,7 +9,9 @@ use super::shown_noise::ShownNoise;
 use super::state_builder::{FilterStatus, Filters, Reading, StateBuilder};
 use super::white_jerk::{Channel, seconds};
 use crate::estimation::last_sample::LastSample;
-use crate::estimation::plausibility::{Finding, Plausibility, RowEffect, SignalDoubt};
+use crate::estimation::plausibility::{
+    Finding, KnownPosition, Plausibility, RowEffect, SignalDoubt,
+};
 use crate::estimation::support_configuration::SupportWatch;
 use crate::machine::{Machine, PayloadQuantity, Proofs};
 use crate::state::{Credible, Reason, Sample, SampleError, Sensor, Sensors, StreamCounts};
@@ -164,13 +166,13 @@ impl CausalEstimator {
         self.plausibility.remember_doubt(doubt);
     }
 
-    /// A joint was here in a session before; see [`Plausibility::remember_position`].
-    pub fn remember_position(&mut self, joint: usize, stamp_ns: i64, position: f64) {
-        (self.plausibility).remember_position(joint, stamp_ns, position);
+    /// A joint was there in a session before; see [`Plausibility::remember_position`].
+    pub fn remember_position(&mut self, at: &KnownPosition) {
+        self.plausibility.remember_position(at);
     }
 
-    /// The joints whose position is known; see [`Plausibility::known_positions`].
-    pub fn known_positions(&self) -> impl Iterator<Item = (usize, i64, f64)> {
+    /// Where the joints are; see [`Plausibility::known_positions`].
+    pub fn known_positions(&self) -> impl Iterator<Item = KnownPosition> {
         self.plausibility.known_positions()
     }
 

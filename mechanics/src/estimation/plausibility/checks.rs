@@ -4,7 +4,7 @@ use super::explanation::Explanation;
 use super::fault::{Finding, Part};
 use super::notice::{Note, Rules};
 use super::relations::Relations;
-use super::signal_doubt::SignalDoubt;
+use super::signal_doubt::{KnownPosition, SignalDoubt};
 use super::signals::SignalChecks;
 use super::treatment::{Judgement, RowEffect};
 use super::weight::WeightWatch;
@@ -110,13 +110,13 @@ impl Plausibility {
         }
     }
 
-    /// A joint was here at that time (ns, of the stamps) in a session before: where it cannot have moved to since, it is off.
-    pub fn remember_position(&mut self, joint: usize, stamp_ns: i64, position: f64) {
-        self.signals.remember_position(joint, stamp_ns, position);
+    /// A joint was there in a session before: if it cannot have moved to where it begins, it is off.
+    pub fn remember_position(&mut self, at: &KnownPosition) {
+        self.signals.remember_position(at);
     }
 
-    /// The joints whose position is known: index, stamp (ns) and position (rad or m).
-    pub fn known_positions(&self) -> impl Iterator<Item = (usize, i64, f64)> {
+    /// Where the joints are, as far as that is known.
+    pub fn known_positions(&self) -> impl Iterator<Item = KnownPosition> {
         self.signals.known_positions()
     }
 

@@ -313,8 +313,8 @@ impl JointWatch {
         if let Some(frozen) = repeats {
             let since_ns = frozen.since_ns;
             match frozen.was_before {
-                // it may have gone anywhere
-                true => self.freeze(i64::MIN, position),
+                // nobody knows since when
+                true => self.is_confirmed = false,
                 false => self.freeze(since_ns, position),
             }
             found(
@@ -819,7 +819,7 @@ mod tests {
         let holes = |by: f64| {
             move |k: usize| match k {
                 0..50 => Some(0.125),
-                50..80 | 81..110 => None,
+                50..=79 | 81..=109 => None,
                 _ => Some(0.125 + by),
             }
         };

@@ -15,6 +15,17 @@ pub struct SignalDoubt {
     pub moved: f64,
 }
 
+/// Where a joint was at some time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct KnownPosition {
+    /// Index of the joint.
+    pub joint: usize,
+    /// When (ns), by the clock of the sensors.
+    pub stamp_ns: i64,
+    /// In rad or m.
+    pub position: f64,
+}
+
 impl SignalDoubt {
     /// That a joint stopped to be measured, and shows the same position since.
     pub(super) fn frozen(joint: usize) -> Self {

@@ -10,7 +10,7 @@ use super::fault::{Finding, Part};
 use super::gravity::GravityWatch;
 use super::joint::{JointLimits, JointWatch};
 use super::notice::{Note, Notice, Rules};
-use super::signal_doubt::SignalDoubt;
+use super::signal_doubt::{KnownPosition, SignalDoubt};
 use super::vector::{Slew, VectorWatch};
 use crate::machine::{FaultKind, Machine, Proof, Proofs, SignalSpec};
 use crate::state::{Sample, SampleError, Sensor, Sensors, tilt_is_measured};
@@ -204,17 +204,21 @@ impl SignalChecks {
         self.watch_of(joint).for_each(JointWatch::remember_frozen);
     }
 
-    /// Where a joint was at that time (ns, of the stamps) in a session before.
-    pub(super) fn remember_position(&mut self, joint: usize, stamp_ns: i64, position: f64) {
-        self.watch_of(joint)
-            .for_each(|watch| watch.remember_position(stamp_ns, position));
+    /// Where a joint was in a session before.
+    pub(super) fn remember_position(&mut self, at: &KnownPosition) {
+        self.watch_of(at.joint)
+            .for_each(|watch| watch.remember_position(at.stamp_ns, at.position));
     }
 
-    /// The joints whose position is known: index, stamp (ns) and position.
-    pub(super) fn known_positions(&self) -> impl Iterator<Item = (usize, i64, f64)> {
+    /// Where the joints are, as far as that is known.
+    pub(super) fn known_positions(&self) -> impl Iterator<Item = KnownPosition> {
         self.watched_joints().filter_map(|(watch, joint)| {
             let (stamp_ns, position) = watch.known_position()?;
-            Some((joint, stamp_ns, position))
+            Some(KnownPosition {
+                joint,
+                stamp_ns,
+                position,
+            })
         })
     }
 
@@ -438,16 +442,10 @@ pub(super) fn joint_limits(machine: &Machine, joint: usize) -> JointLimits {
     let slides = machine.joint_slides(joint);
     let of_kind = |turning: f64, sliding: f64| if slides { sliding } else { turning };
     let spins_wheel = it.spins_wheel.is_some();
-    let usual_rate = match spins_wheel {
-        true => spec.wheel_rate_max,
-        false => of_kind(spec.joint_rate_max, spec.joint_rate_max_linear),
-    };
     JointLimits {
         range: it.limits.filter(|_| !spins_wheel),
         margin: of_kind(spec.joint_margin, spec.joint_margin_linear),
-        max_velocity: it
-            .max_velocity
-            .map_or(usual_rate, |rate| rate * spec.joint_rate_margin),
+        max_velocity: machine.greatest_joint_rate(joint),
         max_acceleration: spec.joint_acceleration_max,
         rate_tolerance: of_kind(spec.rate_tolerance, spec.rate_tolerance_linear),
         spins_wheel,
