@@ -379,6 +379,38 @@ fn limits_that_find_no_wrong_position_are_told() {
     assert_eq!(wide(narrow), [] as [String; 0]);
 }
 
+/// After a gap a joint may be anywhere that its greatest velocity leads.
+#[test]
+fn velocities_that_find_no_slip_are_told() {
+    let told = |change: &dyn Fn(String) -> String| {
+        let folder = TempDir::new().unwrap();
+        let source = data("tiny");
+        let path = folder.path().join("tiny.toml");
+        fs::copy(source.with_extension("toml"), &path).unwrap();
+        let urdf = fs::read_to_string(source.with_extension("urdf")).unwrap();
+        fs::write(path.with_extension("urdf"), change(urdf)).unwrap();
+        let found = checked(path.to_str().unwrap(), false);
+        let notes = found["notes"].as_array().unwrap().iter();
+        let notes = notes.filter_map(|note| note.as_str().map(str::to_owned));
+        let mut notes = notes.filter(|note| note.starts_with("Greatest velocities"));
+        notes.next()
+    };
+    let note = told(&|urdf| urdf).unwrap();
+    // 20 rad/s for a quarter of a second are more than half a turn; 20 m/s are two metres
+    assert!(
+        note.contains("in 0.25 s of lift, tilt, slew, extension"),
+        "{note}"
+    );
+    assert!(!note.contains("steer") && !note.contains("wheel"), "{note}");
+    let at = |rate: &'static str| {
+        move |urdf: String| urdf.replace("velocity='10'", &format!("velocity='{rate}'"))
+    };
+    let note = told(&at("2")).unwrap();
+    assert!(note.contains("in 1 s of lift, tilt, slew, extension") && !note.contains("0.25"));
+    // half a turn takes more than three seconds, two metres two
+    assert_eq!(told(&at("0.5")), None);
+}
+
 /// The loads that the model has in the reference posture of the machine file, as weighed loads.
 fn weighed_in_reference_posture() -> String {
     let (_folder, machine) = machine("", |urdf| urdf);

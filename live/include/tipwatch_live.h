@@ -52,7 +52,7 @@
 #endif
 
 #define TIPWATCH_MAGIC UINT64_C(216265421728270676)
-#define TIPWATCH_CONTRACT UINT64_C(9433484430310999490)
+#define TIPWATCH_CONTRACT UINT64_C(17577852170148755611)
 #define TIPWATCH_SAMPLE_QUEUE UINT64_C(2048)
 #define TIPWATCH_VERDICT_QUEUE UINT64_C(2048)
 #define TIPWATCH_COMMAND_QUEUE UINT64_C(2048)
@@ -511,8 +511,8 @@ struct tipwatch_sample {
 TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_sample) == 1104, "tipwatch_sample");
 
 /* What a reader of verdicts must know about the machine, and about the monitor that computes them. */
-#define TIPWATCH_MACHINE_TYPE "tipwatch.Machine.v4"
-#define TIPWATCH_MACHINE_LAYOUT "09bcd0667615557b"
+#define TIPWATCH_MACHINE_TYPE "tipwatch.Machine.v5"
+#define TIPWATCH_MACHINE_LAYOUT "5720467895eb262b"
 struct tipwatch_machine {
     /* MAGIC */
     uint64_t magic;
@@ -540,8 +540,8 @@ struct tipwatch_machine {
     uint32_t doubted_count;
     /* Number of load sensors. */
     uint32_t load_sensor_count;
-    /* Zero. */
-    uint32_t reserved;
+    /* Number of joints whose position in a session before is compared with the first one. */
+    uint32_t known_count;
     /* Name of the machine. */
     uint8_t name[64];
     /* Names of the wheels, in lower case: of all supports, on the ground or not, where these come and go. */
@@ -554,10 +554,16 @@ struct tipwatch_machine {
     uint8_t load_sensor_names[32][64];
     /* Which signals these are: 0 specific force, 8 + k: joint k of the machine. */
     uint32_t doubted_signals[64];
-    /* By how much each is off (rad, m, m/s2), as far as was seen. */
+    /* By how much each is off (rad, m, m/s2), as far as was seen; 0 of a joint that stopped to be measured. */
     double doubted_by[64];
     /* What of that may be motion (same unit). */
     double doubted_moved[64];
+    /* Which joints of the machine these are. */
+    uint32_t known_joints[64];
+    /* When each was there (whole microseconds), by the sensors' clock of this session. */
+    double known_stamps_us[64];
+    /* Where it was (rad, m). */
+    double known_positions[64];
     /* Version of the monitor; empty, and all hashes zero, if it did not state what it is. */
     uint8_t version[64];
     /* SHA-256 of the monitor's executable. */
@@ -575,7 +581,7 @@ struct tipwatch_machine {
     /* CRC-32 (as in zlib) of all bytes before this field. */
     uint64_t checksum;
 };
-TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_machine) == 9872, "tipwatch_machine");
+TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_machine) == 11152, "tipwatch_machine");
 
 /* The verdict: how close the machine is to tipping. A number that cannot be computed is NaN.
  * Consumers must treat a verdict past valid_until_ns as a fault. */

@@ -239,6 +239,33 @@ fn what_failed_visibly_is_never_safe_after_a_restart() {
     assert!(forgotten > 0);
 }
 
+/// An encoder that slips while no monitor runs, for so short that the joint cannot have moved so far.
+// requirement: TW-VERDICT-31
+#[test]
+fn joint_that_slipped_while_no_monitor_ran_is_doubted_where_it_cannot_have_moved() {
+    let bench = Bench::of("unseen", "side_reach");
+    for (missed, by, is_told) in [
+        (0, 0.0, false),
+        // the URDF allows 10 rad/s, and twice that is credible
+        (0, 3.1, true),
+        (400, 3.1, false),
+    ] {
+        let mut slips = feed(&bench.node, bench.machine, bench.monitor());
+        slips.rows(SLIPS_AT);
+        slips.time.stop_monitor();
+        shift(&mut slips, "slew", by);
+        slips.send(missed);
+        slips.time.start_monitor();
+        slips.wait_for_monitor();
+        let rows = slips.rows(bench.samples - slips.next);
+        let doubted = rows.iter().skip(10).filter(|row| doubts(row, bench.slew));
+        let expected = if is_told { rows.len() - 10 } else { 0 };
+        assert_eq!(doubted.count(), expected, "{by} after {missed}");
+        drop(ended(slips));
+        std::fs::remove_dir_all(&bench.world.state_folder).unwrap();
+    }
+}
+
 /// The lean of the platform ends a doubt only of a joint that is right: one that is still off is doubted however the arm moves.
 // requirement: TW-VERDICT-31
 #[test]

@@ -259,6 +259,7 @@ fn causal(
     let mut estimator = CausalEstimator::new(machine, &loaded.matched.sensors, clock);
     let doubts = &loaded.signal_doubts;
     (doubts.inherited.iter()).for_each(|doubt| estimator.remember_doubt(doubt));
+    (doubts.positions.iter()).for_each(|at| estimator.remember_position(at));
     if let Some(start_ns) = loaded.start_ns() {
         estimator.count_spans_from(start_ns);
     }

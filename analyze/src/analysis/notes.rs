@@ -128,8 +128,9 @@ pub(crate) fn of_noise(noise: &[ShownNoise]) -> Option<String> {
 /// The joints of the arm whose encoder reads exactly zero in every sample of the log.
 pub(crate) fn of_zeros(machine: &Machine, seen: &Seen, shown: SessionProofs) -> Option<Note> {
     let unshown = seen.excitation.unshown();
+    let only_zeros = shown.unchanged.shared_with(shown.at_zero);
     let joints = unshown.iter().filter_map(|it| match it {
-        Unshown::Joint(joint) if shown.only_zeros.has(Proof::Joint(*joint)) => {
+        Unshown::Joint(joint) if only_zeros.has(Proof::Joint(*joint)) => {
             Some(machine.joints()[*joint].name.as_str())
         }
         _ => None,

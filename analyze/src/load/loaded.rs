@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use tipwatch_binding::{MachineFile, bind, monitor_topic};
 use tipwatch_ingest::{Log, Losses, SensorBlock, SensorRequest, TopicId, read_sensor_blocks};
 use tipwatch_language::{message, say, told};
-use tipwatch_mechanics::estimation::plausibility::SignalDoubt;
+use tipwatch_mechanics::estimation::plausibility::{KnownPosition, SignalDoubt};
 use tipwatch_mechanics::machine::{Machine, Proofs};
 use tipwatch_mechanics::state::{JointStream, MatchedSensors, Sample, Sensor, Sensors};
 
@@ -62,6 +62,8 @@ pub struct LoadedLog {
 pub(crate) struct SignalDoubts {
     /// Those that its session began by doubting.
     pub(crate) inherited: Vec<SignalDoubt>,
+    /// Where joints were in the session before.
+    pub(crate) positions: Vec<KnownPosition>,
     /// Those that somebody trusted again, by time of the row (ns), in order.
     pub(crate) trusted: Vec<(i64, Proofs)>,
 }
@@ -274,6 +276,7 @@ pub fn load_within(
         supports: None,
         signal_doubts: SignalDoubts {
             inherited: monitor_topic::inherited_doubts(log)?,
+            positions: monitor_topic::inherited_positions(log)?,
             trusted: monitor_topic::trusted_signals(log)?,
         },
         held_forces: HeldForces::default(),

@@ -6,7 +6,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use tipwatch_ingest::{Error, FieldRequest, Log, SensorRecording, record_fields};
-use tipwatch_mechanics::estimation::plausibility::SignalDoubt;
+use tipwatch_mechanics::estimation::plausibility::{KnownPosition, SignalDoubt};
 use tipwatch_mechanics::machine::{
     FieldSpec, JointFields, MachineSpec, OneOrMany, PayloadMass, PresenceSpec, SignalSpec,
     SignalsSpec, WheelSpec,
@@ -39,6 +39,10 @@ pub const PROGRAM_TYPE_NAME: &str = "tipwatch_msgs/msg/Program";
 pub const DOUBTED_COUNT_FIELD: &str = "doubted_count";
 /// The lists of that many numbers: which signals these are, by how much each is off, and what of that may be motion.
 pub const DOUBTED_FIELDS: [&str; 3] = ["doubted_signals", "doubted_by", "doubted_moved"];
+/// The field that tells how many joints have a known position of a session before. Earlier recordings lack it and the following ones.
+pub const KNOWN_COUNT_FIELD: &str = "known_count";
+/// The lists of that many numbers: which joints these are, when they were there (us), and where.
+pub const KNOWN_FIELDS: [&str; 3] = ["known_joints", "known_stamps_us", "known_positions"];
 /// Value of `event` for a verdict on a row, see [`FIELDS`].
 pub const EVENT_ROW: u32 = 1;
 /// Name of the topic on which the recorder reports what it missed.
@@ -190,27 +194,47 @@ pub fn doubted_rows(log: &Log) -> Result<Vec<i64>, Error> {
 /// # Errors
 /// The log cannot be read.
 pub fn inherited_doubts(log: &Log) -> Result<Vec<SignalDoubt>, Error> {
-    let has_count = has_fields(log, PROGRAM, &[DOUBTED_COUNT_FIELD]);
-    let counts = match has_count {
-        true => columns(log, PROGRAM, PROGRAM_TYPE_NAME, [DOUBTED_COUNT_FIELD])?,
+    let lists = first_lists(log, DOUBTED_COUNT_FIELD, DOUBTED_FIELDS)?.into_iter();
+    let doubts = lists.filter_map(|[number, by, moved]| {
+        let signal = Proof::from_number(number as u32)?;
+        Some(SignalDoubt { signal, by, moved })
+    });
+    Ok(doubts.collect())
+}
+
+/// Where joints were in a session before; the same holds as of [`inherited_doubts`].
+///
+/// # Errors
+/// The log cannot be read.
+pub fn inherited_positions(log: &Log) -> Result<Vec<KnownPosition>, Error> {
+    let lists = first_lists(log, KNOWN_COUNT_FIELD, KNOWN_FIELDS)?.into_iter();
+    let positions = lists.map(|[joint, stamp_us, position]| KnownPosition {
+        joint: joint as usize,
+        stamp_ns: (stamp_us as i64).saturating_mul(1000),
+        position,
+    });
+    Ok(positions.collect())
+}
+
+/// What stands in lists of numbers side by side, as the first run of the monitor tells it.
+fn first_lists(log: &Log, count: &str, lists: [&str; 3]) -> Result<Vec<[f64; 3]>, Error> {
+    let counts = match has_fields(log, PROGRAM, &[count]) {
+        true => columns(log, PROGRAM, PROGRAM_TYPE_NAME, [count])?,
         false => None,
     };
     let first = counts.and_then(|[counts]| counts.values.first().copied());
-    let count = first.unwrap_or(0.0) as usize;
-    let mut doubts = Vec::new();
-    for place in 0..count {
-        let fields = DOUBTED_FIELDS.map(|field| format!("{field}[{place}]"));
+    let mut rows = Vec::new();
+    for place in 0..first.unwrap_or(0.0) as usize {
+        let fields = lists.map(|field| format!("{field}[{place}]"));
         let fields = [&*fields[0], &*fields[1], &*fields[2]];
-        let Some(numbers) = columns(log, PROGRAM, PROGRAM_TYPE_NAME, fields)? else {
-            continue;
-        };
-        let [number, by, moved] = numbers.map(|column| column.values.first().copied());
-        let signal = number.and_then(|number| Proof::from_number(number as u32));
-        if let (Some(signal), Some(by), Some(moved)) = (signal, by, moved) {
-            doubts.push(SignalDoubt { signal, by, moved });
+        let numbers = columns(log, PROGRAM, PROGRAM_TYPE_NAME, fields)?;
+        if let Some([Some(a), Some(b), Some(c)]) =
+            numbers.map(|numbers| numbers.map(|column| column.values.first().copied()))
+        {
+            rows.push([a, b, c]);
         }
     }
-    Ok(doubts)
+    Ok(rows)
 }
 
 /// Fields of the verdicts, if the definition of the topic has them.

@@ -20,6 +20,7 @@ use jiff::Timestamp;
 use tipwatch_mechanics::verdict::{Latch, Level};
 
 use super::doubted::{DoubtedSignal, DoubtedSignals, Full};
+use super::last_positions::LastPositions;
 
 /// First words of the file.
 const BEGINNING: &str = "tipwatch-alarm";
@@ -159,6 +160,14 @@ impl AlarmFile {
         let text = fs::read_to_string(self.path()).ok()?;
         let written = Written::parse(&text)?;
         (written.machine_hash == self.machine_hash).then_some(written.identity_checksum)
+    }
+
+    /// Writes the last positions of the joints beside it.
+    ///
+    /// # Errors
+    /// They cannot be written.
+    pub(super) fn write_positions(&self, last: &LastPositions) -> io::Result<()> {
+        last.write(&self.folder, self.machine_hash)
     }
 
     /// Its path.

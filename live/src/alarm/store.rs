@@ -14,6 +14,7 @@ use super::doubted::DoubtedSignals;
 use super::exchange::Exchange;
 use super::file::{AlarmFile, Kept};
 use super::identity_lock::{IdentityLock, once_numbered};
+use super::last_positions::LastPositions;
 use crate::safety_limits::ALARM_SAVE_NS;
 use crate::system::clock::monotonic_ns;
 use crate::system::sync::{Mutex, MutexGuard, PoisonError};
@@ -28,6 +29,7 @@ const CHECK_PERIOD: Duration = Duration::from_secs(1);
 struct Shared {
     exchange: Exchange,
     kept: Mutex<Kept>,
+    positions: Mutex<LastPositions>,
 }
 
 impl Shared {
@@ -102,6 +104,7 @@ impl AlarmStore {
         let shared = Arc::new(Shared {
             exchange: Exchange::new(0),
             kept: Mutex::new(kept),
+            positions: Mutex::new(LastPositions::read(folder, machine_hash)),
         });
         // the first write shows whether the folder can be written
         let exchange = &shared.exchange;
@@ -148,6 +151,14 @@ impl AlarmStore {
         }
     }
 
+    /// Keeps these positions, within [`CHECK_PERIOD`]. It neither waits nor allocates: while the thread copies those before, it keeps
+    /// nothing, and the next call does.
+    pub fn keep_positions(&self, last: &LastPositions) {
+        if let Ok(mut slot) = self.shared.positions.try_lock() {
+            *slot = *last;
+        }
+    }
+
     /// Whether a power cut would lose the alarm: writing has failed, or takes too long.
     #[must_use]
     pub fn is_unsaved(&self) -> bool {
@@ -173,11 +184,13 @@ impl Drop for AlarmStore {
 /// The store in its own thread.
 fn write_all(shared: &Shared, file: &AlarmFile) {
     let mut checked = Instant::now();
+    let mut positions = PositionWriter::new(shared, file);
     let pause = |exchange: &Exchange| {
         std::thread::sleep(LOOK_PERIOD);
         let is_check = checked.elapsed() >= CHECK_PERIOD;
         if is_check {
             checked = Instant::now();
+            positions.write();
             if !file.path().exists() {
                 if !exchange.has_failed() {
                     eprintln!(
@@ -195,6 +208,43 @@ fn write_all(shared: &Shared, file: &AlarmFile) {
         let kept = *shared.kept();
         write(file, &kept, had_failed)
     });
+    positions.write();
+}
+
+/// Writes the last positions where they have changed.
+struct PositionWriter<'s> {
+    shared: &'s Shared,
+    file: &'s AlarmFile,
+    written: LastPositions,
+    has_failed: bool,
+}
+
+impl<'s> PositionWriter<'s> {
+    fn new(shared: &'s Shared, file: &'s AlarmFile) -> Self {
+        Self {
+            shared,
+            file,
+            written: LastPositions::default(),
+            has_failed: false,
+        }
+    }
+
+    /// The first failure is told.
+    fn write(&mut self) {
+        let last = *(self.shared.positions.lock()).unwrap_or_else(PoisonError::into_inner);
+        if last == self.written {
+            return;
+        }
+        self.written = last;
+        let failed = self.file.write_positions(&last).err();
+        if let Some(error) = failed.as_ref().filter(|_| !self.has_failed) {
+            eprintln!(
+                "monitor: {}: cannot save where the joints are: {error}; after a restart they are not compared",
+                self.file.path().display()
+            );
+        }
+        self.has_failed = failed.is_some();
+    }
 }
 
 /// Tells that nobody knows whether there was an alarm.

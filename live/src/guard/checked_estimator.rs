@@ -1,7 +1,7 @@
 //! The state estimator behind the guard: the one place that takes the guard's steps, in their order.
 
 use tipwatch_mechanics::Machine;
-use tipwatch_mechanics::estimation::plausibility::SignalDoubt;
+use tipwatch_mechanics::estimation::plausibility::{KnownPosition, SignalDoubt};
 use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, RowClock};
 use tipwatch_mechanics::machine::Proofs;
 use tipwatch_mechanics::state::{SampleError, Sensor, Sensors};
@@ -102,6 +102,19 @@ impl CheckedEstimator {
     /// A signal failed visibly in a session before.
     pub fn remember_doubt(&mut self, doubt: &SignalDoubt) {
         self.estimator.remember_doubt(doubt);
+    }
+
+    /// A joint was there in a session before.
+    pub fn remember_position(&mut self, at: &KnownPosition) {
+        self.estimator.remember_position(at);
+    }
+
+    /// Where the joints are, as far as that is known, and when that was measured (ns), by CLOCK_MONOTONIC; none in an untimed session.
+    pub fn known_positions(&self) -> impl Iterator<Item = (i64, KnownPosition)> {
+        self.estimator.known_positions().filter_map(|at| {
+            let measured_ns = self.guard.measured_ns(at.stamp_ns)?;
+            Some((measured_ns, at))
+        })
     }
 
     /// A person trusts these signals as they are now.

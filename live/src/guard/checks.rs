@@ -359,6 +359,13 @@ impl Guard {
         Some(self.stamp_ns?.saturating_add(silence_ns))
     }
 
+    /// When something with this stamp was measured (ns), by CLOCK_MONOTONIC; `None` where that is not checked.
+    #[must_use]
+    pub fn measured_ns(&self, stamp_ns: i64) -> Option<i64> {
+        let (clock, pace) = self.clock?;
+        Some(clock.measured_ns(stamp_ns, pace))
+    }
+
     /// For how long (ns) no sample has come. In an untimed session it counts from [`UNTIMED_SILENCE_NS`] on.
     fn silence_ns(&self, now_ns: i64) -> i64 {
         let silence_ns = now_ns.saturating_sub(self.received_ns);

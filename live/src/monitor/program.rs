@@ -6,7 +6,7 @@ use anyhow::{Result, anyhow};
 use jiff::Timestamp;
 use tipwatch_binding::{Commissioning, MachineFile, Urdf};
 use tipwatch_mechanics::Machine;
-use tipwatch_mechanics::estimation::plausibility::SignalDoubt;
+use tipwatch_mechanics::estimation::plausibility::{KnownPosition, SignalDoubt};
 use tipwatch_mechanics::machine::{Proof, Proofs};
 use tipwatch_mechanics::verdict::{
     Conditions, HeldProblems, InputFault, InputFaults, Level, Verdict,
@@ -16,12 +16,13 @@ use super::contradiction::{Stands, overrules, overrules_doubt, recorded_from};
 use super::observer::Observer;
 use super::session_monitor::{Monitor, measured};
 use crate::alarm::{
-    Acknowledged, AlarmSeen, AlarmStore, DoubtedSignal, DoubtedSignals, Kept, SignalName,
+    Acknowledged, AlarmSeen, AlarmStore, DoubtedSignal, DoubtedSignals, Kept, LastPosition,
+    LastPositions, SignalName,
 };
 use crate::node::{
     ExpiringSender, LiveNode, LoopOptions, Receiver, Sender, SessionFollower, SessionHost, Waiter,
 };
-use crate::safety_limits::{HEARTBEAT_NS, REFUSAL_NOTICE_NS, START_UP_NS};
+use crate::safety_limits::{HEARTBEAT_NS, MAX_DELAY_NS, REFUSAL_NOTICE_NS, START_UP_NS};
 use crate::system::clock::Clock;
 use crate::system::signals;
 use crate::wire::fingerprint::Fingerprint;
@@ -29,7 +30,7 @@ use crate::wire::identity::new_identity;
 use crate::wire::opening::{Untimed, open_session};
 use crate::wire::refusal::{Refusal, SessionRefused};
 use crate::wire::sample::SampleCounts;
-use crate::wire::session::{Progress, machine_hash};
+use crate::wire::session::{Progress, Session, machine_hash};
 use crate::wire::topics::{
     WireAcknowledge, WireMachine, WireRefusal, WireSample, WireSession, WireVerdict,
 };
@@ -58,6 +59,8 @@ pub struct MonitorProgram<'a> {
     follower: SessionFollower<Monitor>,
     /// The latched alarm, and the time of the last contradiction.
     kept: Kept,
+    /// Where the joints were seen last.
+    positions: LastPositions,
     /// The session whose own contradiction is kept.
     contradicted_session: Option<u64>,
     store: AlarmStore,
@@ -90,6 +93,7 @@ struct Cycle<'c, 'a> {
     outputs: &'c mut Outputs<'a>,
     observer: &'c mut dyn Observer,
     kept: &'c mut Kept,
+    positions: &'c mut LastPositions,
     contradicted_session: &'c mut Option<u64>,
 }
 
@@ -99,6 +103,47 @@ impl Cycle<'_, '_> {
         self.kept.latch = monitor.latch();
         self.keep_contradiction(monitor);
         self.keep_doubts(monitor);
+        self.keep_positions(monitor);
+    }
+
+    /// Keeps where the joints are. One of which that is not known now stays where it was seen last.
+    fn keep_positions(&mut self, monitor: &Monitor) {
+        let (session, is_replay) = (monitor.session(), monitor.is_replay());
+        if self.positions.session != session && (self.positions.is_replay || is_replay) {
+            *self.positions = LastPositions::default();
+        }
+        (self.positions.session, self.positions.is_replay) = (session, is_replay);
+        for (host_ns, at) in monitor.known_positions() {
+            if let Some(place) = self.positions.joints.get_mut(at.joint) {
+                *place = Some(LastPosition {
+                    host_ns,
+                    position: at.position,
+                });
+            }
+        }
+    }
+
+    /// Where joints of a session were before it, by its clock. A replay goes on from nothing but itself.
+    fn known_positions(&self, session: &Session, measured: Proofs) -> Vec<KnownPosition> {
+        let last = &self.positions;
+        let is_another = last.session != session.id;
+        let is_replay = last.is_replay || session.total_samples != 0;
+        if session.pace <= 0.0 || (is_another && is_replay) {
+            return Vec::new();
+        }
+        let joints = last.joints.iter().enumerate();
+        let known = joints.filter_map(|(joint, at)| {
+            let LastPosition { host_ns, position } = (*at)?;
+            // by so much the clocks of two sessions may be apart
+            let stamp_ns = (session.clock).stamp_ns(host_ns - MAX_DELAY_NS, session.pace);
+            measured.has(Proof::Joint(joint)).then_some(KnownPosition {
+                joint,
+                // as exact as it is recorded
+                stamp_ns: stamp_ns / 1000 * 1000,
+                position,
+            })
+        });
+        known.collect()
     }
 
     /// Keeps the time of a contradiction that a session has found.
@@ -210,7 +255,10 @@ impl Cycle<'_, '_> {
         } = *self.outputs;
         let (session, machine, sensors) = open_session(announced, file, urdf, untimed)?;
         let doubts = self.inherited_doubts(&machine, measured(&sensors));
-        let mut message = WireMachine::new(&machine, session.id)?.doubting(&doubts);
+        let positions = self.known_positions(&session, measured(&sensors));
+        let mut message = WireMachine::new(&machine, session.id)?
+            .doubting(&doubts)
+            .knowing(&positions);
         if let Some(fingerprint) = fingerprint {
             fingerprint.write_to(&mut message)?;
         }
@@ -228,6 +276,7 @@ impl Cycle<'_, '_> {
         doubts
             .iter()
             .for_each(|doubt| monitor.remember_doubt(doubt));
+        (positions.iter()).for_each(|at| monitor.remember_position(at));
         if let Some((time, Some(stands))) = contradicted {
             eprintln!(
                 "monitor: the sensors were contradicted at {time}, and stay doubted: {stands}. Mend them, record a new drive, and \
@@ -330,6 +379,7 @@ impl<'a> MonitorProgram<'a> {
             counts: SampleCounts::default(),
             follower: SessionFollower::new(node)?,
             kept,
+            positions: LastPositions::read(options.state, hash),
             contradicted_session: None,
             store,
         })
@@ -384,6 +434,7 @@ impl<'a> MonitorProgram<'a> {
             outputs: &mut self.outputs,
             observer,
             kept: &mut self.kept,
+            positions: &mut self.positions,
             contradicted_session: &mut self.contradicted_session,
         };
         if follower.active.is_none() {
@@ -429,6 +480,7 @@ impl<'a> MonitorProgram<'a> {
             None => (self.idle).tick(now_ns, is_unsaved, &mut cycle),
         }
         self.store.keep(cycle.kept);
+        self.store.keep_positions(cycle.positions);
         cycle.outputs.verdicts.check()?;
         cycle.observer.cycle();
         if let Some(refused) = &self.outputs.refused
@@ -458,8 +510,12 @@ fn tell_doubt(signal: &DoubtedSignal, stands: &Stands) {
     let DoubtedSignal {
         name, by, since, ..
     } = signal;
+    let failure = match *by == 0.0 {
+        true => "not been measured".into(),
+        false => format!("been off by {by}"),
+    };
     eprintln!(
-        "monitor: {name} has been off by {by} since {since}, and stays doubted: {stands}. Mend it, and acknowledge it: tipwatch-live \
+        "monitor: {name} has {failure} since {since}, and stays doubted: {stands}. Mend it, and acknowledge it: tipwatch-live \
          acknowledge --signal {name}"
     );
 }

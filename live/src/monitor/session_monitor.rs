@@ -1,7 +1,7 @@
 //! Verdicts on one session. It does not know where messages come from or go to.
 
 use tipwatch_mechanics::Machine;
-use tipwatch_mechanics::estimation::plausibility::{Excitation, SignalDoubt};
+use tipwatch_mechanics::estimation::plausibility::{Excitation, KnownPosition, SignalDoubt};
 use tipwatch_mechanics::machine::{Proof, Proofs, SessionProofs};
 use tipwatch_mechanics::prediction::PacedPredictor;
 use tipwatch_mechanics::state::Sensors;
@@ -19,6 +19,7 @@ use crate::wire::topics::{ALARM_BEGINS, EVENT_BETWEEN, WireSample, WireVerdict};
 #[derive(Debug)]
 pub struct Monitor {
     session: u64,
+    is_replay: bool,
     machine: Machine,
     input: CheckedEstimator,
     ground: Ground,
@@ -72,6 +73,7 @@ impl Monitor {
             needed: machine.needed_proofs(sensors),
             commissioned: Proofs::NONE,
             session: session.id,
+            is_replay: session.total_samples != 0,
             ground: Ground::new(&machine, &mut message),
             loads: LoadWatch::new(&machine),
             judge: Judge::new(machine.limits()),
@@ -171,6 +173,22 @@ impl Monitor {
     /// A signal failed visibly in a session before. It is doubted from the first sample on.
     pub fn remember_doubt(&mut self, doubt: &SignalDoubt) {
         self.input.remember_doubt(doubt);
+    }
+
+    /// A joint was there in a session before.
+    pub fn remember_position(&mut self, at: &KnownPosition) {
+        self.input.remember_position(at);
+    }
+
+    /// Where the joints are, see [`CheckedEstimator::known_positions`].
+    pub fn known_positions(&self) -> impl Iterator<Item = (i64, KnownPosition)> {
+        self.input.known_positions()
+    }
+
+    /// Whether the session replays a log: it knows when it ends.
+    #[must_use]
+    pub fn is_replay(&self) -> bool {
+        self.is_replay
     }
 
     /// The joints and the specific force that this session measures.

@@ -97,6 +97,14 @@ pub(super) fn program(wire: &WireMachine) -> Vec<u8> {
         .for_each(|&signal| cdr.u32(signal));
     cdr.list(&wire.doubted_by[..count]);
     cdr.list(&wire.doubted_moved[..count]);
+    let count = (wire.known_count as usize).min(wire.known_joints.len());
+    cdr.u32(count as u32);
+    cdr.u32(count as u32);
+    wire.known_joints[..count]
+        .iter()
+        .for_each(|&joint| cdr.u32(joint));
+    cdr.list(&wire.known_stamps_us[..count]);
+    cdr.list(&wire.known_positions[..count]);
     cdr.finish()
 }
 

@@ -196,11 +196,15 @@ pub(super) fn program() -> Topic {
         definition: format!(
             "std_msgs/Header header\nstring version\nstring options\nstring program_sha256\nstring options_sha256\n\
              string machine_sha256\nstring urdf_sha256\nstring commissioning_sha256\nuint64 source\nuint32 {}\nuint32[] {}\n\
-             float64[] {}\nfloat64[] {}{HEADER}",
+             float64[] {}\nfloat64[] {}\nuint32 {}\nuint32[] {}\nfloat64[] {}\nfloat64[] {}{HEADER}",
             monitor_topic::DOUBTED_COUNT_FIELD,
             monitor_topic::DOUBTED_FIELDS[0],
             monitor_topic::DOUBTED_FIELDS[1],
             monitor_topic::DOUBTED_FIELDS[2],
+            monitor_topic::KNOWN_COUNT_FIELD,
+            monitor_topic::KNOWN_FIELDS[0],
+            monitor_topic::KNOWN_FIELDS[1],
+            monitor_topic::KNOWN_FIELDS[2],
         ),
     }
 }

@@ -26,6 +26,13 @@ pub struct StampClock {
 }
 
 impl StampClock {
+    /// The stamp of what was measured then (ns), by CLOCK_MONOTONIC.
+    #[must_use]
+    pub fn stamp_ns(self, measured_ns: i64, pace: f64) -> i64 {
+        let since_ns = measured_ns.saturating_sub(self.host_ns) as f64 * pace;
+        self.stamp_ns.saturating_add(since_ns as i64)
+    }
+
     /// When something with this stamp was measured (ns), by CLOCK_MONOTONIC.
     #[must_use]
     pub fn measured_ns(self, stamp_ns: i64, pace: f64) -> i64 {

@@ -171,7 +171,7 @@ wire! {
 
 wire! {
     /// What a reader of verdicts must know about the machine, and about the monitor that computes them.
-    "tipwatch.Machine.v4"
+    "tipwatch.Machine.v5"
     pub struct WireMachine {
         /// The session that the monitor follows.
         pub session: u64,
@@ -187,8 +187,8 @@ wire! {
         pub doubted_count: u32,
         /// Number of load sensors.
         pub load_sensor_count: u32,
-        /// Zero.
-        pub reserved: u32,
+        /// Number of joints whose position in a session before is compared with the first one.
+        pub known_count: u32,
         /// Name of the machine.
         pub name: [u8; NAME_BYTES],
         /// Names of the wheels, in lower case: of all supports, on the ground or not, where these come and go.
@@ -201,10 +201,16 @@ wire! {
         pub load_sensor_names: [[u8; NAME_BYTES]; MAX_LOAD_SENSORS],
         /// Which signals these are: 0 specific force, 8 + k: joint k of the machine.
         pub doubted_signals: [u32; MAX_JOINTS],
-        /// By how much each is off (rad, m, m/s2), as far as was seen.
+        /// By how much each is off (rad, m, m/s2), as far as was seen; 0 of a joint that stopped to be measured.
         pub doubted_by: [f64; MAX_JOINTS],
         /// What of that may be motion (same unit).
         pub doubted_moved: [f64; MAX_JOINTS],
+        /// Which joints of the machine these are.
+        pub known_joints: [u32; MAX_JOINTS],
+        /// When each was there (whole microseconds), by the sensors' clock of this session.
+        pub known_stamps_us: [f64; MAX_JOINTS],
+        /// Where it was (rad, m).
+        pub known_positions: [f64; MAX_JOINTS],
         /// Version of the monitor; empty, and all hashes zero, if it did not state what it is.
         pub version: [u8; NAME_BYTES],
         /// SHA-256 of the monitor's executable.

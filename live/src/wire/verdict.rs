@@ -1,7 +1,7 @@
 //! Verdicts: conversion between the monitor and the wire.
 
 use anyhow::Result;
-use tipwatch_mechanics::estimation::plausibility::SignalDoubt;
+use tipwatch_mechanics::estimation::plausibility::{KnownPosition, SignalDoubt};
 use tipwatch_mechanics::estimation::support_configuration::GroundGap;
 use tipwatch_mechanics::machine::Proofs;
 use tipwatch_mechanics::prediction::{Law, PredictedNumber, Prediction, PredictionGap};
@@ -451,6 +451,18 @@ impl WireMachine {
             self.doubted_signals[place] = doubt.signal.number();
             self.doubted_by[place] = doubt.by;
             self.doubted_moved[place] = doubt.moved;
+        }
+        self
+    }
+
+    /// With the positions of a session before that the first ones are compared with.
+    #[must_use]
+    pub fn knowing(mut self, positions: &[KnownPosition]) -> Self {
+        self.known_count = positions.len().min(MAX_JOINTS) as u32;
+        for (place, at) in positions.iter().take(MAX_JOINTS).enumerate() {
+            self.known_joints[place] = at.joint as u32;
+            self.known_stamps_us[place] = (at.stamp_ns / 1000) as f64;
+            self.known_positions[place] = at.position;
         }
         self
     }

@@ -8,7 +8,9 @@ use super::rows::{Estimate, RowClock, regular_index, regular_row};
 use super::shown_noise::ShownNoise;
 use super::state_builder::{FilterStatus, Filters, Reading, StateBuilder};
 use super::white_jerk::{Channel, seconds};
-use crate::estimation::plausibility::{Finding, Plausibility, RowEffect, SignalDoubt};
+use crate::estimation::plausibility::{
+    Finding, KnownPosition, Plausibility, RowEffect, SignalDoubt,
+};
 use crate::estimation::support_configuration::SupportWatch;
 use crate::machine::{Machine, PayloadQuantity, Proofs};
 use crate::state::{Credible, Reason, Sample, SampleError, Sensor, Sensors, StreamCounts};
@@ -161,6 +163,16 @@ impl CausalEstimator {
     /// A signal failed visibly in a session before.
     pub fn remember_doubt(&mut self, doubt: &SignalDoubt) {
         self.plausibility.remember_doubt(doubt);
+    }
+
+    /// A joint was there in a session before; see [`Plausibility::remember_position`].
+    pub fn remember_position(&mut self, at: &KnownPosition) {
+        self.plausibility.remember_position(at);
+    }
+
+    /// Where the joints are; see [`Plausibility::known_positions`].
+    pub fn known_positions(&self) -> impl Iterator<Item = KnownPosition> {
+        self.plausibility.known_positions()
     }
 
     /// A person trusts these signals as they are now: rows do not doubt them from the next samples on.

@@ -220,6 +220,19 @@ impl Machine {
         !self.joint_slides(joint) && self.joints[joint].limits.is_none_or(is_turn)
     }
 
+    /// The greatest speed at which a measured joint may move (rad/s or m/s): a faster change of its position is a fault.
+    #[must_use]
+    pub fn greatest_joint_rate(&self, joint: usize) -> f64 {
+        let (spec, it) = (&self.plausibility, &self.joints[joint]);
+        let usual = match (it.spins_wheel.is_some(), self.joint_slides(joint)) {
+            (true, _) => spec.wheel_rate_max,
+            (false, true) => spec.joint_rate_max_linear,
+            (false, false) => spec.joint_rate_max,
+        };
+        it.max_velocity
+            .map_or(usual, |rate| rate * spec.joint_rate_margin)
+    }
+
     /// Removes the tool, for logs without a measured tool wrench.
     pub fn leave_out_tool(&mut self) {
         self.tool = None;

@@ -117,7 +117,8 @@ impl Proof {
                 "state contact.ground = \"plane\" in the machine file where it is, or measure loads".into()
             }
             Self::Joint(index) => format!(
-                "stand, and move {} alone by a good part of its range",
+                "stand, and move {} alone by a good part of its range; if it is commissioned, move it at all: it has not changed \
+                 since the session began",
                 joint(index)
             ),
         }
@@ -205,23 +206,26 @@ impl Proofs {
 pub struct SessionProofs {
     /// Proven by the motion.
     pub proven: Proofs,
-    /// Joints whose every position since the first sample was exactly zero. So reads an encoder that nobody reads: whatever a
-    /// commissioning has proven of it, this session has not shown that it is there.
-    pub only_zeros: Proofs,
+    /// Joints and parts of the IMU that have shown one value only since the first sample. So reads an encoder that stopped before, or
+    /// that nobody reads: whatever a commissioning has proven of it, this session has not shown that it is measured.
+    pub unchanged: Proofs,
+    /// Joints whose position is exactly zero.
+    pub at_zero: Proofs,
 }
 
 impl SessionProofs {
     /// Nothing is shown yet.
     pub const NONE: Self = Self {
         proven: Proofs::NONE,
-        only_zeros: Proofs::NONE,
+        unchanged: Proofs::NONE,
+        at_zero: Proofs::NONE,
     };
 
     /// What is not proven of what the loads hang on, beside a commissioning that has proven this.
     #[must_use]
     pub fn unproven(self, needed: Proofs, commissioned: Proofs) -> Proofs {
         let mut unproven = needed.without(commissioned).without(self.proven);
-        unproven.add_all(needed.shared_with(self.only_zeros));
+        unproven.add_all(needed.shared_with(self.unchanged));
         unproven
     }
 }
@@ -266,17 +270,17 @@ mod tests {
 
     // requirement: TW-VERDICT-28
     #[test]
-    fn joint_that_reads_zeros_only_is_not_proven_by_a_commissioning() {
+    fn what_has_not_changed_is_not_proven_by_a_commissioning() {
         let joints: Proofs = [Proof::Joint(1), Proof::Joint(2)].into_iter().collect();
         let wheel: Proofs = [Proof::Joint(7)].into_iter().collect();
         let mut session = SessionProofs::NONE;
         assert_eq!(session.unproven(joints, joints), Proofs::NONE);
         session.proven = joints;
         assert_eq!(session.unproven(joints, Proofs::NONE), Proofs::NONE);
-        session.only_zeros = [Proof::Joint(2)].into_iter().collect();
-        assert_eq!(session.unproven(joints, joints), session.only_zeros);
+        session.unchanged = [Proof::Joint(2)].into_iter().collect();
+        assert_eq!(session.unproven(joints, joints), session.unchanged);
         // on which no load hangs: a wheel that does not spin
-        session.only_zeros = wheel;
+        session.unchanged = wheel;
         assert_eq!(session.unproven(joints, joints), Proofs::NONE);
     }
 }

@@ -16,7 +16,8 @@ impl Machine {
     }
 
     /// Whether a joint steers a wheel: it turns one about the vertical, and neither spins nor lifts it.
-    pub(crate) fn is_steering(&self, joint: usize) -> bool {
+    #[must_use]
+    pub fn is_steering(&self, joint: usize) -> bool {
         let is_moved = |body: usize| matches!(self.bodies[body].coupling, JointCoupling::Measured(j) if j == joint);
         let is_above = |wheel: &Wheel| {
             let mut body = wheel.body;

@@ -1,5 +1,6 @@
 //! Computes masses, geometry and static loads of the machine that a file describes.
 
+use std::f64::consts::PI;
 use std::path::Path;
 
 use anyhow::{Result, ensure};
@@ -18,6 +19,8 @@ use crate::setup::identify::{AgreementRow, weighings};
 /// A wider range between limits tells nothing: a turn, with room for a rounded pi (rad), and the slide of a long boom (m).
 const WIDEST_TURN: f64 = 1.01 * std::f64::consts::TAU;
 const WIDEST_SLIDE: f64 = 2.0;
+/// A silence (s) that a joint of a heavy machine does not need for its whole range.
+const LONG_SILENCE_S: f64 = 1.0;
 
 /// Checks a machine file, in the posture of the log's first valid row if there is a log, else in its reference posture.
 ///
@@ -51,6 +54,7 @@ pub fn check(file: &MachineFile, log: Option<&Path>) -> Result<MachineCheck> {
     let posture = posture(&machine, &positions, source);
     notes.extend(machine.notes().iter().map(ToString::to_string));
     notes.extend(wide_limits(&machine));
+    notes.extend(wide_rates(&machine));
     notes.extend(anomalies(&machine, &standing));
     let weighed = file.spec.weighed.as_ref();
     let mut scales = Data::default();
@@ -131,17 +135,61 @@ fn wide_limits(machine: &Machine) -> Option<String> {
             true => WIDEST_SLIDE,
             false => WIDEST_TURN,
         };
-        let is_sensed = joint.logged && joint.constant.is_none() && joint.spins_wheel.is_none();
         let range = joint.limits.map_or(0.0, |[least, most]| most - least);
-        is_sensed && range > widest
+        range > widest
     };
-    let joints = machine.joints().iter().enumerate().filter(is_wide);
+    let joints = sensed(machine).filter(is_wide);
     let names: Vec<&str> = joints.map(|(_, joint)| joint.name.as_str()).collect();
     (!names.is_empty()).then(|| {
         format!(
             "Limits in the URDF wider than a turn or {WIDEST_SLIDE} m: {}. No position of these joints is beyond them, so a wrong one is \
              not found by its limits. State those of the machine.",
             names.join(", ")
+        )
+    })
+}
+
+fn sensed(machine: &Machine) -> impl Iterator<Item = (usize, &MeasuredJoint)> {
+    let is_sensed = |joint: &MeasuredJoint| {
+        joint.logged && joint.constant.is_none() && joint.spins_wheel.is_none()
+    };
+    let joints = machine.joints().iter().enumerate();
+    joints.filter(move |(_, joint)| is_sensed(joint))
+}
+
+/// Names the joints of the arm that are so fast by the machine file that they may be anywhere after a short silence: an encoder that
+/// was set anew, slipped or stopped meanwhile is not told from one that moved.
+fn wide_rates(machine: &Machine) -> Option<String> {
+    let gap_s = machine.estimator().max_gap;
+    let anywhere_after_s = |index: usize, joint: &MeasuredJoint| {
+        let range = joint
+            .limits
+            .map_or(f64::INFINITY, |[least, most]| most - least);
+        let farthest = match (machine.joint_turns(index), machine.joint_slides(index)) {
+            // the shorter way round
+            (true, _) => PI,
+            (false, true) => range.min(WIDEST_SLIDE),
+            (false, false) => range,
+        };
+        farthest / machine.greatest_joint_rate(index)
+    };
+    let [mut after_gap, mut after_silence] = [Vec::new(), Vec::new()];
+    for (index, joint) in sensed(machine).filter(|(index, _)| !machine.is_steering(*index)) {
+        match anywhere_after_s(index, joint) {
+            time_s if time_s <= gap_s => after_gap.push(joint.name.as_str()),
+            time_s if time_s <= LONG_SILENCE_S => after_silence.push(joint.name.as_str()),
+            _ => {}
+        }
+    }
+    let told = [(gap_s, after_gap), (LONG_SILENCE_S, after_silence)];
+    let told = told.into_iter().filter(|(_, names)| !names.is_empty());
+    let told = told.map(|(time_s, names)| format!("{time_s} s of {}", names.join(", ")));
+    let told: Vec<String> = told.collect();
+    (!told.is_empty()).then(|| {
+        format!(
+            "Greatest velocities (the URDF's limit times joint_rate_margin) that lead anywhere in {}. An encoder that slips, stops or is \
+             set anew in such a silence is not told from a joint that moved. State the velocities of the machine.",
+            told.join("; in ")
         )
     })
 }

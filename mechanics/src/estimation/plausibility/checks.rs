@@ -4,7 +4,7 @@ use super::explanation::Explanation;
 use super::fault::{Finding, Part};
 use super::notice::{Note, Rules};
 use super::relations::Relations;
-use super::signal_doubt::SignalDoubt;
+use super::signal_doubt::{KnownPosition, SignalDoubt};
 use super::signals::SignalChecks;
 use super::treatment::{Judgement, RowEffect};
 use super::weight::WeightWatch;
@@ -79,25 +79,45 @@ impl Plausibility {
             by: beyond,
             moved: 0.0,
         });
-        // a joint that jumps again stays doubted by what is known
-        let is_known = |jump: &SignalDoubt| {
+        // a joint that jumps again, or stops, stays doubted by what is known
+        let is_known = |doubt: &SignalDoubt| {
             let mut offsets = self.relations.offsets();
-            offsets.any(|offset| offset.signal == jump.signal)
+            offsets.any(|offset| offset.signal == doubt.signal)
         };
-        let jumps = self.signals.jumps().filter(move |jump| !is_known(jump));
-        let joints = self.relations.offsets().chain(jumps);
-        let joints = joints.filter(move |_| counts(FaultKind::Contradiction));
+        let frozen = self.signals.frozen();
+        let is_frozen = |jump: &SignalDoubt| {
+            let mut frozen = self.signals.frozen();
+            frozen.any(|doubt| doubt.signal == jump.signal)
+        };
+        let jumps = self.signals.jumps().filter(move |jump| !is_frozen(jump));
+        let more = frozen.chain(jumps).filter(move |doubt| !is_known(doubt));
+        let joints = self.relations.offsets().chain(more);
+        let joints = joints.filter(move |doubt| match doubt.is_frozen() {
+            true => counts(FaultKind::Frozen),
+            false => counts(FaultKind::Contradiction),
+        });
         joints.chain(force.filter(|_| counts(FaultKind::OutOfRange)))
     }
 
     /// A signal failed visibly before the first sample: in a session before.
     pub fn remember_doubt(&mut self, doubt: &SignalDoubt) {
         match doubt.signal {
+            Proof::Joint(joint) if doubt.is_frozen() => self.signals.remember_frozen(joint),
             Proof::Joint(joint) => self.relations.remember_offset(joint, doubt.by, doubt.moved),
             Proof::SpecificForce => self.weight.remember(doubt.by),
             // nothing else fails like that
             _ => {}
         }
+    }
+
+    /// A joint was there in a session before: if it cannot have moved to where it begins, it is off.
+    pub fn remember_position(&mut self, at: &KnownPosition) {
+        self.signals.remember_position(at);
+    }
+
+    /// Where the joints are, as far as that is known.
+    pub fn known_positions(&self) -> impl Iterator<Item = KnownPosition> {
+        self.signals.known_positions()
     }
 
     /// A person trusts these signals as they are now.
@@ -114,7 +134,8 @@ impl Plausibility {
     pub fn shown(&self) -> SessionProofs {
         SessionProofs {
             proven: self.relations.proven(),
-            only_zeros: self.signals.only_zeros(),
+            unchanged: self.signals.unchanged(),
+            at_zero: self.signals.at_zero(),
         }
     }
 

@@ -67,6 +67,11 @@ impl Freeze {
         }
     }
 
+    /// Whether it has shown two values.
+    pub(super) fn has_changed(&self) -> bool {
+        self.samples > 1
+    }
+
     /// The notice to report if the signal is frozen. `values` are finite.
     pub(super) fn notice(
         &mut self,

@@ -52,12 +52,15 @@ pub(super) struct JointWatch {
     is_confirmed: bool,
     /// Where the joint is since it cannot have moved there.
     jump: Option<Jump>,
-    /// Where it was before a gap, until another sample has confirmed where it is now.
-    before_gap: Option<Held>,
+    /// Where it was when it was measured last: before a gap, before it froze, or in a session before. Until another sample has
+    /// confirmed where it is now.
+    last_known: Option<Held>,
+    /// Where it froze, while its position stays that.
+    frozen: Option<Frozen>,
     /// Since when the position has been exactly zero without a break: as before the hardware is read.
     zero_since_ns: Option<i64>,
-    /// Whether a credible position, that another one agreed with, was not exactly zero.
-    has_left_zero: bool,
+    /// Whether a credible position, that a motion can have led to, was another than the one before.
+    has_changed: bool,
     good_rate: Option<(i64, f64)>,
     /// Position and velocity of the last sample that was compared.
     last: Option<(i64, f64, f64)>,
@@ -81,6 +84,16 @@ struct Jump {
     by: f64,
     moved: f64,
     last: Held,
+}
+
+/// It is not measured any more, and shows the same position.
+#[derive(Debug, Clone, Copy)]
+struct Frozen {
+    /// Of one that froze in a session before: the first sample.
+    since_ns: i64,
+    was_before: bool,
+    /// NaN before the first sample.
+    position: f64,
 }
 
 /// A sample of the joint.
@@ -127,9 +140,10 @@ impl JointWatch {
             good: None,
             is_confirmed: false,
             jump: None,
-            before_gap: None,
+            last_known: None,
+            frozen: None,
             zero_since_ns: None,
-            has_left_zero: false,
+            has_changed: false,
             good_rate: None,
             last: None,
             last_ns: None,
@@ -151,9 +165,45 @@ impl JointWatch {
         self.flicker.flickers()
     }
 
-    /// Whether the joint has ever been elsewhere than at exactly zero, where an encoder is that nobody reads.
-    pub(super) fn has_left_zero(&self) -> bool {
-        self.has_left_zero
+    /// Whether its position has ever changed. That of an encoder which stopped before the first sample, or that nobody reads, has not.
+    pub(super) fn has_changed(&self) -> bool {
+        self.has_changed
+    }
+
+    /// Whether its position is exactly zero, where an encoder is that nobody reads.
+    pub(super) fn is_at_zero(&self) -> bool {
+        self.good.is_none_or(|good| good.position == 0.0)
+    }
+
+    /// Whether it has stopped to be measured, and shows the same position since.
+    pub(super) fn is_frozen(&self) -> bool {
+        let contradicts_rate = self.agreement.had_fault && self.run >= FEWEST_IDENTICAL;
+        self.frozen.is_some() || (contradicts_rate && !self.limits.spins_wheel)
+    }
+
+    /// It had stopped to be measured when the session before ended.
+    pub(super) fn remember_frozen(&mut self) {
+        self.frozen = Some(Frozen {
+            since_ns: i64::MAX,
+            was_before: true,
+            position: f64::NAN,
+        });
+    }
+
+    /// Where it was at that time in a session before.
+    pub(super) fn remember_position(&mut self, stamp_ns: i64, position: f64) {
+        self.last_known = Some(Held {
+            stamp_ns,
+            position,
+            rate: f64::NAN,
+        });
+    }
+
+    /// Stamp (ns) and value of the last credible position, that another one agreed with.
+    pub(super) fn known_position(&self) -> Option<(i64, f64)> {
+        let is_measured = self.is_confirmed && self.zero_since_ns.is_none() && !self.is_frozen();
+        let good = self.good.filter(|_| is_measured)?;
+        Some((good.stamp_ns, good.position))
     }
 
     /// By how much the joint has jumped, and what of it may be motion, where at least two samples say so and nobody knows yet
@@ -171,7 +221,7 @@ impl JointWatch {
             self.good = Some(jump.last);
             self.forget_motion(jump.last.stamp_ns);
         }
-        self.before_gap = None;
+        (self.last_known, self.frozen) = (None, None);
     }
 
     /// Reports faults of a position and its velocity (NaN if absent) to `found`. `works`: whether something else
@@ -199,9 +249,11 @@ impl JointWatch {
             position,
             rate,
         };
+        let before = self.good;
         let is_credible =
             self.check_step(here, limits, found) && self.check_outlier(here, limits, found);
-        self.has_left_zero |= is_credible && self.is_confirmed && position != 0.0;
+        let is_changed = before.is_some_and(|before| before.position != position);
+        self.has_changed |= is_credible && self.is_confirmed && is_changed;
         let rate = if rate.is_finite() && self.check_rate(stamp_ns, rate, limits, found) {
             rate
         } else {
@@ -241,9 +293,30 @@ impl JointWatch {
         }
         let rests = !self.moves;
         let stopped = (self.flicker).stopped_ns(stamp_ns, position, rests, works, limits);
-        if let Some(since_ns) = stopped {
-            // where it froze is no place from which it could reach another
-            self.is_confirmed = false;
+        // whatever works meanwhile, it is measured again when it shows something else
+        self.frozen = match (self.frozen, stopped) {
+            (Some(frozen), _) if frozen.position == position => Some(frozen),
+            (Some(frozen), _) if frozen.position.is_nan() => Some(Frozen {
+                since_ns: stamp_ns,
+                position,
+                ..frozen
+            }),
+            (_, Some(since_ns)) => Some(Frozen {
+                since_ns,
+                was_before: false,
+                position,
+            }),
+            _ => None,
+        };
+        // one sample repeats nothing
+        let repeats = self.frozen.filter(|frozen| frozen.since_ns < stamp_ns);
+        if let Some(frozen) = repeats {
+            let since_ns = frozen.since_ns;
+            match frozen.was_before {
+                // nobody knows since when
+                true => self.is_confirmed = false,
+                false => self.freeze(since_ns, position),
+            }
             found(
                 Notice::of(FaultKind::Frozen, since_ns)
                     .measured(limits.elapsed_s(since_ns, stamp_ns), f64::NAN)
@@ -253,6 +326,13 @@ impl JointWatch {
                     ),
             );
         }
+    }
+
+    /// It has not been measured since then: where it froze is no place that a motion leads on from, but as after a gap it cannot
+    /// have gone further than there was time for.
+    fn freeze(&mut self, since_ns: i64, position: f64) {
+        self.is_confirmed = false;
+        self.remember_position(since_ns, position);
     }
 
     /// Tracks the usual sampling interval; restarts all checks after a gap.
@@ -269,7 +349,9 @@ impl JointWatch {
                 self.good = Some(jump.last);
             }
             let is_known = self.is_confirmed && self.zero_since_ns.is_none();
-            self.before_gap = self.good.take().filter(|_| is_known);
+            // what nothing has confirmed is no place to go on from
+            let known = self.good.take().filter(|_| is_known);
+            self.last_known = known.or(self.last_known);
             self.jump = None;
             self.forget_motion(stamp_ns);
         } else {
@@ -321,14 +403,10 @@ impl JointWatch {
         let goes_on = (self.jump).filter(|jump| self.can_reach(jump.last, here, limits));
         if goes_on.is_none() && self.can_reach(good, here, limits) {
             (self.good, self.is_confirmed, self.jump) = (Some(here), true, None);
-            if let Some(before) = self.before_gap.take() {
-                let moved = self.farthest(before, good, limits);
-                let by = self.step(before.position, good.position);
-                if by.abs() > moved {
-                    found(Notice::offset(good.stamp_ns, by, moved));
-                }
-            }
             self.zero_since_ns = self.zero_since_ns.filter(|_| position == 0.0);
+            if self.zero_since_ns.is_none() {
+                self.compare_with_last_known(good, good.stamp_ns, limits, found);
+            }
             return true;
         }
         let elapsed_s = limits.elapsed_s(good.stamp_ns, stamp_ns).max(self.period_s);
@@ -362,15 +440,34 @@ impl JointWatch {
             }
             (true, true) => {
                 notice(self.zero_since_ns.unwrap_or(jump_ns));
-                // zeros before the hardware is read are wrong, and not what follows
-                if self.zero_since_ns.is_none() {
-                    found(Notice::offset(jump_ns, jump.by, jump.moved));
+                // zeros before the hardware is read are wrong, and not what follows: that goes on from where it was before
+                match self.zero_since_ns {
+                    Some(_) => self.compare_with_last_known(here, jump_ns, limits, found),
+                    None => found(Notice::offset(jump_ns, jump.by, jump.moved)),
                 }
                 (self.good, self.jump, self.zero_since_ns) = (Some(here), None, None);
                 self.forget_motion(stamp_ns);
             }
         }
         false
+    }
+
+    /// Compares where it is now with where it was when it was measured last. Since `since_ns` it is off, if it cannot have come here.
+    fn compare_with_last_known(
+        &mut self,
+        here: Held,
+        since_ns: i64,
+        limits: &Limits,
+        found: &mut Found<'_>,
+    ) {
+        let Some(before) = self.last_known.take() else {
+            return;
+        };
+        let moved = self.farthest(before, here, limits);
+        let by = self.step(before.position, here.position);
+        if by.abs() > moved {
+            found(Notice::offset(since_ns, by, moved));
+        }
     }
 
     /// How far it can have moved (rad or m).
@@ -509,14 +606,14 @@ impl JointWatch {
         it.had_fault = true;
         it.since_quiet += step - mean * dt;
         let is_frozen = self.run >= FEWEST_IDENTICAL;
-        // where it froze is no place from which it could reach another
-        self.is_confirmed &= !is_frozen;
         let notice = match is_frozen {
             true => {
                 let since_ns = it.quiet_ns.max(self.run_since_ns);
+                let amount = [it.since_quiet.abs(), it.difference.abs()];
+                self.freeze(since_ns, position);
                 Notice::of(FaultKind::Frozen, since_ns)
                     .measured(limits.elapsed_s(since_ns, stamp_ns), f64::NAN)
-                    .amount(it.since_quiet.abs(), it.difference.abs())
+                    .amount(amount[0], amount[1])
             }
             false => {
                 let allowed = tolerance + share * mean.abs().max((step / dt).abs());
@@ -718,6 +815,133 @@ mod tests {
     }
 
     #[test]
+    fn a_gap_after_one_sample_is_compared_with_what_was_confirmed_before() {
+        let holes = |by: f64| {
+            move |k: usize| match k {
+                0..50 => Some(0.125),
+                50..=79 | 81..=109 => None,
+                _ => Some(0.125 + by),
+            }
+        };
+        // 0.31 and 0.61 s at 1 rad/s
+        assert_eq!(offsets(holes(0.55)), [] as [f64; 0]);
+        assert_eq!(offsets(holes(1.5)), [1.5]);
+    }
+
+    #[test]
+    fn zeros_after_a_gap_do_not_hide_where_it_was_before() {
+        let zeros = |before: Option<f64>, after: f64| {
+            move |k: usize| match k {
+                0..50 => before,
+                50..80 => None,
+                80..140 => Some(0.0),
+                _ => Some(after),
+            }
+        };
+        assert_eq!(offsets(zeros(Some(0.5), 0.5)), [] as [f64; 0]);
+        assert_eq!(offsets(zeros(Some(0.5), 2.5)), [2.0]);
+        assert_eq!(offsets(zeros(None, 2.5)), [] as [f64; 0]);
+        // one that really stands there
+        assert_eq!(offsets(zeros(Some(0.2), 0.0)), [] as [f64; 0]);
+    }
+
+    /// Where an encoder with noise, that stands still between 2 and 4 s, is off then, and in how many samples it is faulty.
+    fn freezes(after: f64) -> (Vec<f64>, usize) {
+        let mut watch = JointWatch::new(LIMITS, 25.0);
+        let (mut offsets, mut faulty) = (Vec::new(), 0);
+        for sample in 0..600_usize {
+            let noise = 1e-3 * ((sample as f64 * 12.9898).sin() * 43_758.545_3).fract();
+            let position = match sample {
+                0..200 => 0.5 + noise,
+                200..400 => 0.5,
+                _ => after + noise,
+            };
+            // another joint is read from 2 to 3.5 s
+            let works = sample < 350;
+            let stamp_ns = sample as i64 * 10_000_000;
+            let values = [position, 0.0];
+            watch.check(
+                stamp_ns,
+                values,
+                works,
+                &Limits::OF_TESTS,
+                &mut |notice| match notice.kind {
+                    FaultKind::Contradiction => offsets.push(notice.measure),
+                    _ => faulty = faulty.max(sample),
+                },
+            );
+        }
+        (offsets, faulty)
+    }
+
+    #[test]
+    fn what_froze_stays_faulty_until_it_is_measured_again_and_is_no_place_to_jump_from_or_to() {
+        assert_eq!(freezes(0.5), (vec![], 399));
+        // two seconds at 1 rad/s
+        let (offsets, last) = freezes(2.0);
+        assert!(offsets.is_empty() && last == 400, "{offsets:?} {last}");
+        let (offsets, _) = freezes(3.5);
+        assert!(offsets.len() == 1 && (offsets[0] - 3.0).abs() < 0.01);
+    }
+
+    #[test]
+    fn what_froze_in_a_session_before_is_faulty_until_it_changes() {
+        let faulty = |position: fn(usize) -> f64| {
+            let mut watch = JointWatch::new(LIMITS, 25.0);
+            watch.remember_frozen();
+            assert!(watch.is_frozen());
+            let mut kinds = Vec::new();
+            for sample in 0..50_usize {
+                let values = [position(sample), 0.0];
+                let stamp_ns = (100 + sample as i64) * 10_000_000;
+                watch.check(stamp_ns, values, false, &Limits::OF_TESTS, &mut |notice| {
+                    assert_eq!(
+                        (notice.kind, notice.since_ns),
+                        (FaultKind::Frozen, 1_000_000_000)
+                    );
+                    kinds.push(sample);
+                });
+            }
+            (kinds.len(), watch.is_frozen())
+        };
+        assert_eq!(faulty(|_| 0.5), (49, true));
+        assert_eq!(faulty(|sample| 0.5 + 1e-4 * sample as f64), (0, false));
+        // wherever it has gone meanwhile
+        assert_eq!(
+            faulty(|sample| if sample < 30 { 0.5 } else { 0.51 }),
+            (29, false)
+        );
+    }
+
+    #[test]
+    fn a_session_begins_where_the_one_before_ended() {
+        let offset = |gone_s: i64, position: f64| {
+            let mut watch = JointWatch::new(LIMITS, 25.0);
+            watch.remember_position(-gone_s * 1_000_000_000, 0.5);
+            let mut offset = None;
+            for sample in 0..200_i64 {
+                // zeros until the hardware is read
+                let shown = if sample < 50 { 0.0 } else { position };
+                watch.check(
+                    sample * 10_000_000,
+                    [shown, f64::NAN],
+                    false,
+                    &Limits::OF_TESTS,
+                    &mut |notice| {
+                        if notice.kind == FaultKind::Contradiction {
+                            offset = Some(notice.measure);
+                        }
+                    },
+                );
+            }
+            offset
+        };
+        assert_eq!(offset(1, 0.6), None);
+        assert_eq!(offset(1, 3.5), Some(3.0));
+        assert_eq!(offset(3, 3.5), None);
+    }
+
+    #[test]
     fn a_person_may_trust_it_before_it_is_known_whether_it_stays() {
         let mut watch = JointWatch::new(LIMITS, 25.0);
         let faulty = |watch: &mut JointWatch, sample: i64, position: f64| {
@@ -749,15 +973,20 @@ mod tests {
     }
 
     #[test]
-    fn joint_has_left_zero_once_two_positions_say_so() {
-        let has_left_zero = |position: fn(usize) -> f64| {
+    fn joint_has_changed_once_a_motion_says_so() {
+        let watched = |position: fn(usize) -> f64| {
             let mut watch = JointWatch::new(LIMITS, 25.0);
             for sample in 0..200 {
                 let values = [position(sample), f64::NAN];
                 let stamp_ns = sample as i64 * 10_000_000;
                 watch.check(stamp_ns, values, false, &Limits::OF_TESTS, &mut |_| ());
             }
-            watch.has_left_zero()
+            watch
+        };
+        let has_left_zero = |position| {
+            let watch = watched(position);
+            assert!(watch.has_changed() || watch.is_at_zero());
+            watch.has_changed()
         };
         assert!(!has_left_zero(|_| 0.0));
         assert!(!has_left_zero(|sample| if sample % 2 == 0 {
@@ -780,8 +1009,16 @@ mod tests {
         } else {
             1e-4
         }));
-        assert!(has_left_zero(|sample| if sample < 80 { 0.0 } else { 1.2 }));
         assert!(has_left_zero(|sample| 0.01 * (100.0 - sample as f64)));
+        // no motion: zeros until the hardware is read, a first sample that is wrong, and a constant
+        for stands in [
+            |sample: usize| if sample < 80 { 0.0 } else { 1.2 },
+            |sample: usize| if sample == 0 { 0.7 } else { 1.2 },
+            |_: usize| 1.2,
+        ] {
+            let watch = watched(stands);
+            assert!(!watch.has_changed() && !watch.is_at_zero());
+        }
     }
 
     #[test]

@@ -54,7 +54,7 @@ pub use explanation::{Axis, Explanation, SpeedUnit};
 pub use fault::{Amount, Component, Finding, Part, YawBy};
 pub(super) use relations::Relations;
 pub use relations::{Excitation, LeanOnTyres, Unshown, student};
-pub use signal_doubt::SignalDoubt;
+pub use signal_doubt::{KnownPosition, SignalDoubt};
 pub(super) use signals::{SignalChecks, Sound};
 pub(crate) use spans::SpanWalk;
 pub use spans::{FaultSpan, FaultSpans};

@@ -10,7 +10,7 @@ use super::fault::{Finding, Part};
 use super::gravity::GravityWatch;
 use super::joint::{JointLimits, JointWatch};
 use super::notice::{Note, Notice, Rules};
-use super::signal_doubt::SignalDoubt;
+use super::signal_doubt::{KnownPosition, SignalDoubt};
 use super::vector::{Slew, VectorWatch};
 use crate::machine::{FaultKind, Machine, Proof, Proofs, SignalSpec};
 use crate::state::{Sample, SampleError, Sensor, Sensors, tilt_is_measured};
@@ -193,6 +193,35 @@ impl SignalChecks {
         })
     }
 
+    /// The joints that have stopped to be measured.
+    pub(super) fn frozen(&self) -> impl Iterator<Item = SignalDoubt> {
+        let joints = self.watched_joints().filter(|(watch, _)| watch.is_frozen());
+        joints.map(|(_, joint)| SignalDoubt::frozen(joint))
+    }
+
+    /// A joint had stopped to be measured when the session before ended.
+    pub(super) fn remember_frozen(&mut self, joint: usize) {
+        self.watch_of(joint).for_each(JointWatch::remember_frozen);
+    }
+
+    /// Where a joint was in a session before.
+    pub(super) fn remember_position(&mut self, at: &KnownPosition) {
+        self.watch_of(at.joint)
+            .for_each(|watch| watch.remember_position(at.stamp_ns, at.position));
+    }
+
+    /// Where the joints are, as far as that is known.
+    pub(super) fn known_positions(&self) -> impl Iterator<Item = KnownPosition> {
+        self.watched_joints().filter_map(|(watch, joint)| {
+            let (stamp_ns, position) = watch.known_position()?;
+            Some(KnownPosition {
+                joint,
+                stamp_ns,
+                position,
+            })
+        })
+    }
+
     /// The joints that have jumped where they cannot have moved, and of which nobody knows yet whether they stay there.
     pub(super) fn jumps(&self) -> impl Iterator<Item = SignalDoubt> {
         self.watched_joints().filter_map(|(watch, joint)| {
@@ -207,11 +236,19 @@ impl SignalChecks {
 
     /// A person trusts these joints where they are now.
     pub(super) fn trust(&mut self, signals: Proofs) {
-        let streams = self.joints.iter_mut().zip(&self.sensors.joints);
-        let joints = streams.flat_map(|(watches, stream)| watches.iter_mut().zip(&stream.joints));
-        joints
-            .filter(|&(_, &joint)| signals.has(Proof::Joint(joint)))
+        self.watches_mut()
+            .filter(|&(_, joint)| signals.has(Proof::Joint(joint)))
             .for_each(|(watch, _)| watch.trust());
+    }
+
+    fn watch_of(&mut self, joint: usize) -> impl Iterator<Item = &mut JointWatch> {
+        let watches = self.watches_mut().filter(move |&(_, it)| it == joint);
+        watches.map(|(watch, _)| watch)
+    }
+
+    fn watches_mut(&mut self) -> impl Iterator<Item = (&mut JointWatch, usize)> {
+        let streams = self.joints.iter_mut().zip(&self.sensors.joints);
+        streams.flat_map(|(watches, stream)| watches.iter_mut().zip(stream.joints.iter().copied()))
     }
 
     fn watched_joints(&self) -> impl Iterator<Item = (&JointWatch, usize)> {
@@ -219,10 +256,26 @@ impl SignalChecks {
         streams.flat_map(|(watches, stream)| watches.iter().zip(stream.joints.iter().copied()))
     }
 
-    /// The joints whose every position so far was exactly zero.
-    pub(in crate::estimation) fn only_zeros(&self) -> Proofs {
+    /// The joints and parts of the IMU that have shown one value only so far.
+    pub(in crate::estimation) fn unchanged(&self) -> Proofs {
+        let of_imu = [
+            (&self.force, Proof::SpecificForce),
+            (&self.turning, Proof::AngularVelocity),
+        ];
+        let of_imu = of_imu.into_iter().filter(|(watch, _)| !watch.has_changed());
+        let joints = self
+            .watched_joints()
+            .filter(|(watch, _)| !watch.has_changed());
+        joints
+            .map(|(_, joint)| Proof::Joint(joint))
+            .chain(of_imu.map(|(_, proof)| proof).filter(|_| self.sensors.imu))
+            .collect()
+    }
+
+    /// The joints whose position is exactly zero.
+    pub(in crate::estimation) fn at_zero(&self) -> Proofs {
         self.watched_joints()
-            .filter(|(watch, _)| !watch.has_left_zero())
+            .filter(|(watch, _)| watch.is_at_zero())
             .map(|(_, joint)| Proof::Joint(joint))
             .collect()
     }
@@ -389,16 +442,10 @@ pub(super) fn joint_limits(machine: &Machine, joint: usize) -> JointLimits {
     let slides = machine.joint_slides(joint);
     let of_kind = |turning: f64, sliding: f64| if slides { sliding } else { turning };
     let spins_wheel = it.spins_wheel.is_some();
-    let usual_rate = match spins_wheel {
-        true => spec.wheel_rate_max,
-        false => of_kind(spec.joint_rate_max, spec.joint_rate_max_linear),
-    };
     JointLimits {
         range: it.limits.filter(|_| !spins_wheel),
         margin: of_kind(spec.joint_margin, spec.joint_margin_linear),
-        max_velocity: it
-            .max_velocity
-            .map_or(usual_rate, |rate| rate * spec.joint_rate_margin),
+        max_velocity: machine.greatest_joint_rate(joint),
         max_acceleration: spec.joint_acceleration_max,
         rate_tolerance: of_kind(spec.rate_tolerance, spec.rate_tolerance_linear),
         spins_wheel,

@@ -84,6 +84,11 @@ impl VectorWatch {
         self.last_ns.is_none()
     }
 
+    /// Whether its value has ever changed. That of a sensor which stopped before the first sample has not.
+    pub(super) fn has_changed(&self) -> bool {
+        self.freeze.has_changed()
+    }
+
     /// Reports faults of a sample to `found`; returns whether it is credible by itself.
     pub(super) fn check(
         &mut self,

@@ -64,7 +64,8 @@ pub(super) fn find_faults<S: SampleSource>(
             return Ok(Searched {
                 shown: SessionProofs {
                     proven: compared.relations.proven(),
-                    only_zeros: checked.checks.only_zeros(),
+                    unchanged: checked.checks.unchanged(),
+                    at_zero: checked.checks.at_zero(),
                 },
                 reversed: compared.relations.reversed(),
                 faults: compared.spans.finish(),

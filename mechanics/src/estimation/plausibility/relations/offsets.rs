@@ -9,7 +9,6 @@ use super::super::explanation::Explanation;
 use super::super::fault::{Finding, Part};
 use super::super::notice::Notice;
 use super::super::signal_doubt::SignalDoubt;
-use super::super::signals::joint_limits;
 use super::lean::LeanRelation;
 use crate::machine::{FaultKind, Machine, Proof, Proofs};
 
@@ -36,7 +35,7 @@ impl Offsets {
     pub(super) fn new(machine: &Machine) -> Self {
         let joints = 0..machine.joints().len();
         let fastest: Vec<f64> = joints
-            .map(|joint| joint_limits(machine, joint).max_velocity)
+            .map(|joint| machine.greatest_joint_rate(joint))
             .collect();
         Self {
             standing: Vec::with_capacity(fastest.len()),
