@@ -9,7 +9,7 @@ use tipwatch_live::alarm::AlarmFile;
 use tipwatch_live::node::{LiveNode, Sender};
 use tipwatch_live::operator::acknowledge_signal;
 use tipwatch_live::wire::names::Names;
-use tipwatch_live::wire::topics::{Kind, WireAcknowledge, WireMachine, WireVerdict};
+use tipwatch_live::wire::topics::{Kind, WireAcknowledge, WireMachine, WireSample, WireVerdict};
 use tipwatch_mechanics::machine::{Proof, Proofs};
 use tipwatch_mechanics::verdict::{Basis, Latch, Level};
 
@@ -524,4 +524,53 @@ fn good_sensors_are_never_doubted_through_restarts_in_motion() {
         }
         restart(&mut good);
     }
+}
+/// The arm stays where it is, without noise, and its velocities are zero.
+fn arm_freezes(feed: &mut Feed<Steered>) {
+    let next = feed.next;
+    let places = ["slew", "lift", "tilt", "extension"].map(|joint| feed.place_of(joint));
+    let is_of_joints = |it: &&mut WireSample| it.kind == Kind::Joints as u32;
+    let mut joints = feed.samples[next..].iter_mut().filter(is_of_joints);
+    let last = *joints.next().unwrap();
+    let count = last.value_count as usize;
+    for sample in joints {
+        for place in places {
+            sample.values[place] = last.values[place];
+            sample.values[place + count / 2] = 0.0;
+        }
+    }
+}
+
+/// An arm whose encoders stop is a Fault, and stays one over a restart, until they are measured again: in the next session they
+/// are where they were, and nothing else would show it.
+// requirement: TW-VERDICT-31
+#[test]
+fn arm_that_froze_is_not_trusted_after_a_restart_until_it_is_measured_again() {
+    let bench = Bench::of("froze", "side_reach");
+    let mut frozen = feed(&bench.node, bench.machine, bench.monitor());
+    let last = |rows: &[WireVerdict]| *rows.last().unwrap();
+    // how they flicker at rest must be known
+    frozen.rows(500);
+    arm_freezes(&mut frozen);
+    let before = last(&frozen.rows(700));
+    assert_ne!(before.doubted, 0);
+    restart(&mut frozen);
+    let rows = frozen.rows(300);
+    assert_eq!(last(&rows).doubted, before.doubted);
+    assert_eq!(last(&rows).verdict().level, Level::Fault);
+    let started = rows
+        .iter()
+        .position(|row| row.verdict().level == Level::Fault);
+    assert!(
+        rows[..started.unwrap()]
+            .iter()
+            .all(|row| row.verdict().level == Level::Unknown)
+    );
+    let left = bench.samples - frozen.next;
+    assert_eq!(bench.lifted_and_calm(&frozen.rows(left))[1], 0);
+    // mended
+    let mut next = feed(&bench.node, bench.machine, ended(frozen));
+    let rows = next.rows(bench.samples);
+    assert!(rows.iter().skip(10).all(|row| row.doubted == 0));
+    assert!(rows.iter().all(|row| row.verdict().level != Level::Fault));
 }

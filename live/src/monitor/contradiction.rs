@@ -3,6 +3,7 @@
 use jiff::Timestamp;
 use tipwatch_binding::Commissioning;
 use tipwatch_mechanics::Machine;
+use tipwatch_mechanics::estimation::plausibility::SignalDoubt;
 use tipwatch_mechanics::machine::{Proof, Proofs};
 
 use super::session_monitor::of_shared_places;
@@ -64,19 +65,20 @@ pub fn overrules(
 }
 
 /// Whether a commissioning overrules the doubt of a signal that has failed visibly at this time. Of the specific force it has shown
-/// mounting and scale. The zero of a joint it has not, which is what is wrong after a jump.
+/// mounting and scale, of a joint that had stopped that it is measured again. The zero of a joint it has not, which is what is wrong
+/// after a jump.
 ///
 /// # Errors
 /// The doubt stands.
 pub(super) fn overrules_doubt(
     commissioning: Option<&Commissioning>,
     since: Timestamp,
-    signal: Proof,
+    doubt: &SignalDoubt,
     machine: &Machine,
 ) -> Result<(), Stands> {
-    match signal {
-        Proof::Joint(_) => Err(Stands::NoZeroChecked),
-        _ => overrules(
+    match doubt.signal {
+        Proof::Joint(_) if !doubt.is_frozen() => Err(Stands::NoZeroChecked),
+        signal => overrules(
             commissioning,
             since,
             [signal].into_iter().collect(),

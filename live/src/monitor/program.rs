@@ -220,7 +220,7 @@ impl Cycle<'_, '_> {
                 continue;
             };
             let commissioning = self.outputs.commissioning;
-            match overrules_doubt(commissioning, signal.since, doubt.signal, machine) {
+            match overrules_doubt(commissioning, signal.since, &doubt, machine) {
                 Ok(()) => eprintln!("monitor: {}: proven by the commissioning", signal.name),
                 Err(stands) => {
                     tell_doubt(signal, &stands);
