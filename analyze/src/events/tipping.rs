@@ -149,7 +149,7 @@ pub(crate) fn distances(machine: &Machine, placement: &Placement<'_>, edge: usiz
 
 /// Two points of the line about which the machine tips over an edge: the contact points of the edge's wheels. An axle that
 /// swings about a pivot, with wheels on the edge and off it, stays on the ground with both, and carries what it carries at its
-/// pivot: between its wheels.
+/// pivot: midway between its wheels, as if it were symmetric.
 pub(super) fn tipping_line(
     machine: &Machine,
     placement: &Placement<'_>,
@@ -171,10 +171,12 @@ pub(super) fn tipping_line(
     })
 }
 
-/// The free joints that bear wheels on an edge and off it.
+/// The free joints that bear wheels on an edge and off it. One that bears the edge as a whole tips with it.
 fn astride(machine: &Machine, edge: usize) -> impl Iterator<Item = &TorqueJoint> {
-    let on_edge = &machine.polygon().edges()[edge].carries;
+    let edge = &machine.polygon().edges()[edge];
+    let (on_edge, ends) = (&edge.carries, [edge.from, edge.to]);
     let joints = machine.contact().free_joints.iter();
+    let joints = joints.filter(move |joint| !ends.iter().all(|&end| joint.supports_wheel[end]));
     joints.filter(move |joint| {
         let bears = |is_on: bool| {
             let mut wheels = joint.supports_wheel.iter().zip(on_edge);
@@ -272,6 +274,8 @@ fn share_off(turning: &Turning, table: &Table) -> Option<f64> {
     let edge = machine.edge_named(&turning.edge)?;
     let mut workspace = Workspace::with_scope(machine, Scope::LOADS);
     let mut state = State::zero(machine);
+    let mut placement = Placement::new(machine);
+    let is_astride = has_axle_astride(machine, edge);
     let times = &table.times_ns;
     let from_ns = turning.at_ns.saturating_sub(LAST_NS);
     let first = times.partition_point(|time_ns| *time_ns < from_ns);
@@ -280,11 +284,20 @@ fn share_off(turning: &Turning, table: &Table) -> Option<f64> {
     for row in (first..until).filter(|row| table.reasons[*row].leave_loads()) {
         table.state(row, &mut state);
         let outcome = evaluate(machine, &state, &mut workspace);
-        sums[0] += outcome.itom_full[edge];
+        sums[0] += match is_astride {
+            false => -outcome.itom_full[edge] / size(machine, edge),
+            true => {
+                placement.place(&state);
+                let distances = distances(machine, &placement, edge);
+                let reach = distances.iter().copied().fold(0.0, f64::max);
+                let wheels = outcome.otf.iter().zip(&distances);
+                wheels.map(|(otf, distance)| otf * distance / reach).sum()
+            }
+        };
         sums[1] += outcome.normal_force;
     }
-    let [moment_nm, weight_n] = sums;
-    (weight_n > 0.0).then(|| -moment_nm / (size(machine, edge) * weight_n))
+    let [load_n, weight_n] = sums;
+    (weight_n > 0.0 && load_n.is_finite()).then(|| load_n / weight_n)
 }
 
 /// Whether the machine drives in a state, or may.

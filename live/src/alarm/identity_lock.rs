@@ -6,8 +6,13 @@
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use anyhow::{Result, bail};
+
+/// How often and after which pauses a lock is tried again.
+const TRIES: u32 = 5;
+const PAUSE: Duration = Duration::from_millis(2);
 
 /// Held by the monitor of a machine.
 #[derive(Debug)]
@@ -22,7 +27,18 @@ impl IdentityLock {
     /// Another monitor has it.
     pub(super) fn take(folder: &Path, identity: &str) -> Result<Option<Self>> {
         let path = path(folder, identity);
-        match locked(&path, identity) {
+        // who looks whether a machine is monitored has its lock for a moment
+        let mut tries = 0;
+        let taken = loop {
+            match locked(&path, identity) {
+                Err(TryLockError::WouldBlock) if tries < TRIES => {
+                    tries += 1;
+                    std::thread::sleep(PAUSE);
+                }
+                taken => break taken,
+            }
+        };
+        match taken {
             Ok(file) => Ok(Some(Self(file))),
             Err(TryLockError::WouldBlock) => bail!(
                 "{}: another monitor of the machine {identity} runs and keeps its alarm in this folder: end it, or state another \

@@ -109,7 +109,9 @@ impl AlarmStore {
         // the first write shows whether the folder can be written
         let exchange = &shared.exchange;
         exchange.save(&mut |_, had_failed| write(&file, &kept, had_failed));
-        if !exchange.has_failed() {
+        // of several with a serial number nobody knows which this one was: each keeps its own
+        let is_one = unnumbered.is_some() || before.len() <= 1;
+        if is_one && !exchange.has_failed() {
             for before in &predecessors {
                 // if this fails it is taken over once more
                 let _ = before.file.write(&Kept::default());

@@ -110,7 +110,7 @@ impl Guard {
             session: session.id,
             machine_hash: session.machine_hash,
             clock: (session.pace > 0.0).then_some((session.clock, session.pace)),
-            drift: ClockDrift::default(),
+            drift: ClockDrift::since(started_ns.saturating_sub(session.clock.host_ns)),
             max_gap_ns,
             started_ns,
             received_ns: started_ns,
@@ -250,7 +250,9 @@ impl Guard {
             && !jumps
         {
             let measured_ns = clock.measured_ns(sample.stamp_ns, pace);
-            let delay_ns = (self.drift).without(published_ns.saturating_sub(measured_ns));
+            let delay_ns = published_ns.saturating_sub(measured_ns);
+            self.drift.begin(published_ns, delay_ns);
+            let delay_ns = self.drift.without(delay_ns);
             delay = Delay::of(delay_ns, self.max_gap_ns);
             drifts = watch.drift.take(published_ns, delay_ns);
             if let Some(excess_ns) = watch.drift.excess_ns(delay_ns) {

@@ -12,6 +12,9 @@ use crate::safety_limits::{
     MAX_STAMP_LEAD_NS,
 };
 
+/// Fewest samples of a window whose smallest delay is that of its sensor.
+const FEWEST_OF_A_WINDOW: u32 = 5;
+
 /// What a delay means.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Delay {
@@ -41,6 +44,8 @@ pub(super) struct DriftWatch {
     window: Option<(i64, i64)>,
     /// Smallest delay of the first window (ns).
     first_ns: Option<i64>,
+    /// Samples of the first window.
+    first_count: u32,
     /// Whether that of the last complete window is too far from it.
     drifts: bool,
 }
@@ -51,6 +56,7 @@ impl DriftWatch {
         let (begin_ns, least_ns) = *self.window.get_or_insert((published_ns, delay_ns));
         if published_ns.saturating_sub(begin_ns) < DRIFT_WINDOW_NS {
             self.window = Some((begin_ns, least_ns.min(delay_ns)));
+            self.first_count += u32::from(self.first_ns.is_none());
             return self.drifts;
         }
         let first_ns = *self.first_ns.get_or_insert(least_ns);
@@ -59,9 +65,13 @@ impl DriftWatch {
         self.drifts
     }
 
-    /// How much longer a delay is than the smallest of the first window (ns); `None` before that is complete.
+    /// How much longer a delay is than the smallest of the first window (ns); `None` before that is complete, and where it had too
+    /// few samples for a smallest delay that others are not below.
     pub(super) fn excess_ns(&self, delay_ns: i64) -> Option<i64> {
-        Some(delay_ns.saturating_sub(self.first_ns?))
+        let first_ns = self
+            .first_ns
+            .filter(|_| self.first_count >= FEWEST_OF_A_WINDOW)?;
+        Some(delay_ns.saturating_sub(first_ns))
     }
 }
 
@@ -76,9 +86,36 @@ pub(super) struct ClockDrift {
     followed_ns: Option<i64>,
     /// How far it may be followed now (ns): what the clocks may have drifted since they were found to agree.
     reach_ns: f64,
+    /// What they may have drifted before the first sample that is seen here (ns).
+    before_ns: i64,
+    /// End of the first window (publication time, ns) and the smallest delay in it (ns).
+    first: Option<(i64, i64)>,
 }
 
 impl ClockDrift {
+    /// Of a session whose clocks agreed so long ago (ns).
+    pub(super) fn since(agreed_ns: i64) -> Self {
+        Self {
+            before_ns: (agreed_ns.max(0) as f64 * MAX_CLOCK_DRIFT) as i64,
+            ..Self::default()
+        }
+    }
+
+    /// Takes a delay (ns) as it is measured: who joins a session late finds in the first window how far its clocks have drifted, as
+    /// far as the delays cannot be those of samples.
+    pub(super) fn begin(&mut self, published_ns: i64, delay_ns: i64) {
+        let begun = (published_ns.saturating_add(DRIFT_WINDOW_NS), delay_ns);
+        let (until_ns, least_ns) = self.first.get_or_insert(begun);
+        if published_ns >= *until_ns {
+            return;
+        }
+        *least_ns = delay_ns.min(*least_ns);
+        self.drift_ns = match *least_ns {
+            0..=MAX_DELAY_NS => 0,
+            least_ns => least_ns.clamp(-self.before_ns, self.before_ns.min(MAX_HIDDEN_DELAY_NS)),
+        };
+    }
+
     /// The delay (ns) without what the clocks have drifted.
     pub(super) fn without(&self, delay_ns: i64) -> i64 {
         delay_ns.saturating_sub(self.drift_ns)
@@ -217,6 +254,43 @@ mod tests {
                 "{found:?}"
             );
         }
+    }
+
+    /// Who joins hours later knows nothing of how far the clocks have drifted.
+    // requirement: TW-FAULT-05, TW-FAULT-06
+    #[test]
+    fn drift_before_the_first_sample_is_found_in_the_first_window() {
+        const HOUR_NS: i64 = 3_600_000 * MS;
+        for (ppm, age_ns) in [(20, 3 * HOUR_NS), (-50, 3 * HOUR_NS), (100, HOUR_NS)] {
+            let drifted_ns = -ppm * age_ns / 1_000_000;
+            let mut clock = ClockDrift::since(age_ns);
+            for sample in 0..500 {
+                // the first ones may have waited
+                let waited_ns = if sample < 3 { 30 * MS } else { 0 };
+                let published_ns = sample * 10 * MS;
+                let measured_ns = drifted_ns + 5 * MS + waited_ns;
+                clock.begin(published_ns, measured_ns);
+                let delay_ns = clock.without(measured_ns);
+                assert_eq!(Delay::of(delay_ns, 250 * MS), Delay::InTime, "{ppm} ppm");
+            }
+        }
+        // no more than clocks drift in that time, and nothing where delays are those of samples
+        let mut young = ClockDrift::since(60_000 * MS);
+        young.begin(0, -70 * MS);
+        assert_eq!(young.without(-70 * MS), -64 * MS);
+        let mut sound = ClockDrift::since(10 * HOUR_NS);
+        sound.begin(0, 80 * MS);
+        assert_eq!(sound.without(80 * MS), 80 * MS);
+    }
+
+    /// One sample a second says nothing of the smallest delay.
+    #[test]
+    fn sensor_of_few_samples_moves_no_clock() {
+        let mut slow = DriftWatch::default();
+        for second in 0..10 {
+            let _ = slow.take(second * 1000 * MS, if second == 0 { 40 * MS } else { 0 });
+        }
+        assert_eq!(slow.excess_ns(0), None);
     }
 
     #[test]

@@ -24,6 +24,7 @@ use crate::node::{
 };
 use crate::safety_limits::{HEARTBEAT_NS, MAX_DELAY_NS, REFUSAL_NOTICE_NS, START_UP_NS};
 use crate::system::clock::Clock;
+use crate::system::clock::monotonic_ns;
 use crate::system::signals;
 use crate::wire::fingerprint::Fingerprint;
 use crate::wire::identity::new_identity;
@@ -113,10 +114,12 @@ impl Cycle<'_, '_> {
             *self.positions = LastPositions::default();
         }
         (self.positions.session, self.positions.is_replay) = (session, is_replay);
+        let now_ns = monotonic_ns();
         for (host_ns, at) in monitor.known_positions() {
             if let Some(place) = self.positions.joints.get_mut(at.joint) {
+                // stamps that run fast are ahead of now: too early is only laxer
                 *place = Some(LastPosition {
-                    host_ns,
+                    host_ns: host_ns.min(now_ns),
                     position: at.position,
                 });
             }

@@ -245,7 +245,10 @@ impl Scene {
         let since_s = self.seconds(causes.since_ns);
         let since = match causes.since_is_steady {
             true => say!("since the machine was last steady, at t = {since_s:.2} s"),
-            false => say!("since t = {since_s:.2} s (it was never steady before)"),
+            false => say!(
+                "since t = {since_s:.2} s (it was never steady before with every {} above its limit)",
+                self.word.one
+            ),
         };
         let fall = say!(
             "Overturning force (OTF) down by {} N to {} N {since}, up to t = {:.2} s",

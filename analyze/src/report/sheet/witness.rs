@@ -71,7 +71,8 @@ fn before(
                 say!("At t = {at_s:.2} s the machine {steady}{load}.")
             }
             false => say!(
-                "The machine moved throughout; what follows counts from t = {at_s:.2} s{load}."
+                "At no moment before was it steady with every {} above its limit; what follows counts from t = {at_s:.2} s{load}.",
+                scene.word.one
             ),
         };
         (causes.since_ns, text)
