@@ -29,7 +29,7 @@ use tipwatch_live::wire::session::Session;
 use tipwatch_live::wire::topics::{
     EVENT_ROW, Head, Kind, Wire, WireCommand, WireSample, WireVerdict,
 };
-use tipwatch_mechanics::verdict::Level;
+use tipwatch_mechanics::verdict::{Basis, Level};
 
 mod support;
 
@@ -219,6 +219,7 @@ fn control_alone() {
     let mut verdict = WireVerdict::unknown();
     verdict.session = session.id;
     verdict.level = Level::Safe as u32;
+    verdict.basis = Basis::Proven as u32;
     let (mut steered, mut rows, mut last) = (0, 0, WireCommand::closed());
     let start = rods.cylinders[0].extension;
     for (at, mut sample) in samples.into_iter().enumerate() {

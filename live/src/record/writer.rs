@@ -2,6 +2,7 @@
 //! old files, and starts a new one when a file fails.
 
 use std::collections::VecDeque;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -21,6 +22,12 @@ use super::tries::Tries;
 pub(super) const BATCH_PERIOD: Duration = Duration::from_millis(8);
 /// How often the files are looked for where they were written: a removed folder is noticed within a second.
 const PLACE_CHECK: Duration = Duration::from_millis(250);
+
+/// Whether there was no room for what was written.
+fn is_full(error: io::ErrorKind) -> bool {
+    use io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
+    matches!(error, FileTooLarge | QuotaExceeded | StorageFull)
+}
 
 /// What was written.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -190,13 +197,19 @@ impl FileWriter {
         self.pending.note_dropped(lost.samples, outputs);
     }
 
-    /// Finishes the file with its index.
+    /// Finishes the file with its index, or without where the disk is full: all its messages are in it.
     fn finish(&mut self) -> Result<()> {
         let Some(Written { file, counts }) = self.segment.take() else {
             return Ok(());
         };
         let place = file.place();
-        file.finish()?;
+        if let Err(error) = file.finish() {
+            let of_disk = error.downcast_ref::<io::Error>().map(io::Error::kind);
+            if !of_disk.is_some_and(is_full) {
+                return Err(error);
+            }
+            eprintln!("record: {error:#}; the file ends without an index");
+        }
         self.finished.push(Written {
             file: place,
             counts,
