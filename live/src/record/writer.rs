@@ -20,6 +20,8 @@ use super::tries::Tries;
 
 /// Time covered by a batch. Including polling and writing, a killed process loses no more than 20 ms.
 pub(super) const BATCH_PERIOD: Duration = Duration::from_millis(8);
+/// What waits is written in parts of so many bytes: a file that has room for no more than some of them takes these.
+const PART_BYTES: usize = 64 * 1024;
 /// How often the files are looked for where they were written: a removed folder is noticed within a second.
 const PLACE_CHECK: Duration = Duration::from_millis(250);
 
@@ -27,6 +29,18 @@ const PLACE_CHECK: Duration = Duration::from_millis(250);
 fn is_full(error: io::ErrorKind) -> bool {
     use io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
     matches!(error, FileTooLarge | QuotaExceeded | StorageFull)
+}
+
+/// The first messages, up to [`PART_BYTES`] and one at least.
+fn first_part(messages: &mut VecDeque<Encoded>) -> VecDeque<Encoded> {
+    let mut bytes = 0;
+    let is_within = |message: &&Encoded| {
+        bytes += message.data.len();
+        bytes <= PART_BYTES
+    };
+    let count = messages.iter().take_while(is_within).count();
+    let rest = messages.split_off(count.max(1).min(messages.len()));
+    std::mem::replace(messages, rest)
 }
 
 /// What was written.
@@ -218,18 +232,30 @@ impl FileWriter {
     }
 
     fn write_pending(&mut self, is_last: bool) {
-        for _ in 0..self.tries.now(is_last) {
-            let (messages, dropped) = self.pending.take();
-            if messages.is_empty() && dropped == Dropped::default() {
-                return;
-            }
-            match self.write(&messages, dropped) {
-                Ok(()) => {
-                    self.tries.succeed();
-                    return self.count(&messages, dropped);
+        let mut tries = self.tries.now(is_last);
+        while tries > 0 {
+            let (mut messages, mut dropped) = self.pending.take();
+            let (mut is_written, mut has_failed) = (false, false);
+            while !has_failed && (!messages.is_empty() || dropped != Dropped::default()) {
+                let mut part = first_part(&mut messages);
+                match self.write(&part, dropped) {
+                    Ok(()) => {
+                        self.tries.succeed();
+                        self.count(&part, std::mem::take(&mut dropped));
+                        is_written = true;
+                    }
+                    Err(error) => {
+                        part.append(&mut messages);
+                        self.retreat(&error, part, dropped);
+                        has_failed = true;
+                    }
                 }
-                Err(error) => self.retreat(&error, messages, dropped),
             }
+            // what is last has no later try: a file that took something was at its limit, and the next one may take more
+            tries = match has_failed {
+                false => 0,
+                true => tries - u8::from(!(is_last && is_written)),
+            };
         }
     }
 
