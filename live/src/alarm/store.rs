@@ -153,7 +153,7 @@ impl AlarmStore {
         }
     }
 
-    /// Keeps these positions, within [`CHECK_PERIOD`]. It neither waits nor allocates: while the thread copies those before, it keeps
+    /// Keeps these positions, within a second. It neither waits nor allocates: while the thread copies those before, it keeps
     /// nothing, and the next call does.
     pub fn keep_positions(&self, last: &LastPositions) {
         if let Ok(mut slot) = self.shared.positions.try_lock() {
