@@ -442,7 +442,7 @@ fn val_forklift_on_three_points_lifts_its_uphill_front_wheel() {
         assert!(found_s > stop_s - 0.3, "{event:?}, in truth {stop_s} s");
     }
     let fall = of_kind(&analysis, EventKind::TipOver);
-    assert_eq!(fall[0].shown_by, Some(ShownBy::Loads));
+    assert_eq!(fall[0].shown_by, Some(ShownBy::Both));
     // and the moment about the edge weighs nothing
     assert!(analysis.explained_falls.is_empty());
 }
