@@ -118,6 +118,17 @@ impl Bench {
         self.samples.as_ref().unwrap().send_raw(wire).unwrap();
     }
 
+    /// The rod obeys no more, until that is a fault.
+    fn disobey_until_it_is_found(&mut self) {
+        self.obedience = 0.0;
+        let mut rows = 0;
+        while !self.last.has_rod_fault() {
+            self.row();
+            rows += 1;
+            assert!(rows < 1000, "{:?}", self.last);
+        }
+    }
+
     /// A row of the session, with a verdict before it.
     fn row(&mut self) {
         self.pass(ROW_NS);
@@ -311,13 +322,7 @@ fn acknowledgements_count_for_the_fault_that_was_seen() {
     let hash = standing().session.machine_hash;
     let mut operator = bench.node.sender::<WireAcknowledge>(5, hash).unwrap();
     let before = WireAcknowledge::of_command(&bench.last);
-    bench.obedience = 0.0;
-    let mut rows = 0;
-    while !bench.last.has_rod_fault() {
-        bench.row();
-        rows += 1;
-        assert!(rows < 1000, "{:?}", bench.last);
-    }
+    bench.disobey_until_it_is_found();
     bench.obedience = 1.0;
     // seen before there was a fault, and of somebody else's command
     let seen = WireAcknowledge::of_command(&bench.last);
@@ -342,13 +347,7 @@ fn acknowledgements_count_for_the_fault_that_was_seen() {
 #[test]
 fn rod_that_does_not_obey_is_known_in_the_session_after_the_end() {
     let mut bench = Bench::following("over", true, 0.05);
-    bench.obedience = 0.0;
-    let mut rows = 0;
-    while !bench.last.has_rod_fault() {
-        bench.row();
-        rows += 1;
-        assert!(rows < 1000, "{:?}", bench.last);
-    }
+    bench.disobey_until_it_is_found();
     bench.send(&mut WireSample::end(), SESSION);
     for _ in 0..60 {
         bench.pass(MS);

@@ -12,7 +12,7 @@ use super::event::{Bound, Event, EventKind, MeasuredRotation, ShownBy};
 use super::pages::MOST_ROWS_BACK;
 use super::rotation::FoundRotation;
 use super::row_derivatives::RowDerivatives;
-use super::tipping::{ROTATES_SIGMAS, distances, tipping_line};
+use super::tipping::{ROTATES_SIGMAS, factors_off, tipping_line};
 use crate::base::table::Table;
 
 /// Where gravity through the stated centre of mass passes over an edge.
@@ -256,9 +256,7 @@ impl Stories<'_> {
         // Derivatives are unknown while the machine tips, so they are taken where it does not yet.
         let mut derivatives = RowDerivatives::new(machine);
         let mut sigma_at = |row: usize| {
-            let distances = distances(machine, &placement, edge);
-            let reach = distances.iter().copied().fold(0.0, f64::max);
-            let factors: Vec<f64> = distances.iter().map(|distance| distance / reach).collect();
+            let (factors, reach) = factors_off(machine, &placement, edge)?;
             let read_row = |state: &mut State<f64>| read(row, state);
             let sigma_n = derivatives.sigma(machine, row, &factors, read_row)?;
             let weight = machine.mass() * machine.gravity();

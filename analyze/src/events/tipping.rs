@@ -147,6 +147,17 @@ pub(crate) fn distances(machine: &Machine, placement: &Placement<'_>, edge: usiz
         .collect()
 }
 
+/// Weights of the wheels in the load off an edge in a placed state, and the distance of the farthest wheel (m).
+pub(crate) fn factors_off(
+    machine: &Machine,
+    placement: &Placement<'_>,
+    edge: usize,
+) -> Option<(Vec<f64>, f64)> {
+    let distances = distances(machine, placement, edge);
+    let reach = distances.iter().copied().fold(0.0, f64::max);
+    (reach > 0.0).then(|| (distances.iter().map(|d| d / reach).collect(), reach))
+}
+
 /// Two points of the line about which the machine tips over an edge: the contact points of the edge's wheels. An axle that
 /// swings about a pivot, with wheels on the edge and off it, stays on the ground with both, and carries what it carries at its
 /// pivot: midway between its wheels, as if it were symmetric.
@@ -288,10 +299,9 @@ fn share_off(turning: &Turning, table: &Table) -> Option<f64> {
             false => -outcome.itom_full[edge] / size(machine, edge),
             true => {
                 placement.place(&state);
-                let distances = distances(machine, &placement, edge);
-                let reach = distances.iter().copied().fold(0.0, f64::max);
-                let wheels = outcome.otf.iter().zip(&distances);
-                wheels.map(|(otf, distance)| otf * distance / reach).sum()
+                let (factors, _) = factors_off(machine, &placement, edge)?;
+                let wheels = outcome.otf.iter().zip(&factors);
+                wheels.map(|(otf, factor)| otf * factor).sum()
             }
         };
         sums[1] += outcome.normal_force;
@@ -504,9 +514,7 @@ impl OfEdge<'_, '_> {
     /// Weights of the wheels in the load off the edge, and the distance of the farthest wheel (m).
     fn factors(&mut self, candidate: Episode) -> Option<(Vec<f64>, f64)> {
         self.axis(candidate.first)?;
-        let distances = distances(self.machine, self.placement, self.edge);
-        let reach = distances.iter().copied().fold(0.0, f64::max);
-        (reach > 0.0).then(|| (distances.iter().map(|d| d / reach).collect(), reach))
+        factors_off(self.machine, self.placement, self.edge)
     }
 
     /// Unit vector along the edge at a row, in base axes: a positive rotation about it lifts the interior.

@@ -91,21 +91,21 @@ pub(super) fn program(wire: &WireMachine) -> Vec<u8> {
     cdr.u64(wire.source);
     let count = (wire.doubted_count as usize).min(wire.doubted_signals.len());
     cdr.u32(count as u32);
-    cdr.u32(count as u32);
-    wire.doubted_signals[..count]
-        .iter()
-        .for_each(|&signal| cdr.u32(signal));
+    numbers(&mut cdr, &wire.doubted_signals[..count]);
     cdr.list(&wire.doubted_by[..count]);
     cdr.list(&wire.doubted_moved[..count]);
     let count = (wire.known_count as usize).min(wire.known_joints.len());
     cdr.u32(count as u32);
-    cdr.u32(count as u32);
-    wire.known_joints[..count]
-        .iter()
-        .for_each(|&joint| cdr.u32(joint));
+    numbers(&mut cdr, &wire.known_joints[..count]);
     cdr.list(&wire.known_stamps_us[..count]);
     cdr.list(&wire.known_positions[..count]);
     cdr.finish()
+}
+
+/// A sequence of whole numbers.
+fn numbers(cdr: &mut Cdr, values: &[u32]) {
+    cdr.u32(values.len() as u32);
+    values.iter().for_each(|&value| cdr.u32(value));
 }
 
 /// A verdict, in the order of its topic's definition.

@@ -19,7 +19,8 @@ use super::window::Window;
 use crate::base::number::known;
 use crate::base::table::Table;
 use crate::events::{
-    Answer, Counterfactual, Event, EventKind, ShownBy, Supposition, distances, normal_distribution,
+    Answer, Counterfactual, Event, EventKind, ShownBy, Supposition, factors_off,
+    normal_distribution,
 };
 
 /// The rows before an event that belong to the same manoeuvre (ns).
@@ -375,9 +376,7 @@ fn factors(window: &Window, event: &Event) -> Option<Vec<f64>> {
     let mut state = State::zero(machine);
     window.states.get(0, &mut state);
     placement.place(&state);
-    let distances = distances(machine, &placement, edge);
-    let reach = distances.iter().copied().fold(0.0, f64::max);
-    (reach > 0.0).then(|| distances.iter().map(|distance| distance / reach).collect())
+    factors_off(machine, &placement, edge).map(|(factors, _)| factors)
 }
 
 /// Standard deviation of the weighted sum in a row of a window (N). There are no derivatives while a machine tips: it is then
