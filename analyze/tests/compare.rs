@@ -60,6 +60,23 @@ fn a_heavier_machine_differs_by_its_weight() {
             .unwrap()
     };
     assert!((fact("mass of the machine") - 100.0).abs() < 1e-9);
+    // named, not hashed
+    let inputs = found["inputs"].as_array().unwrap();
+    let of_urdf = inputs
+        .iter()
+        .find(|of| of["key"].as_str().unwrap().ends_with("inertial mass value"));
+    let mass_kg = |side: &str| {
+        of_urdf.unwrap()[side]
+            .as_str()
+            .unwrap()
+            .parse::<f64>()
+            .unwrap()
+    };
+    assert!(
+        (mass_kg("b") - mass_kg("a") - 100.0).abs() < 1e-9,
+        "{inputs:?}"
+    );
+    assert!(!inputs.iter().any(|of| of["key"] == "urdf.sha256"));
     let columns = found["series"]["columns"].as_array().unwrap();
     let column = |name: &str| {
         columns
@@ -200,7 +217,7 @@ fn folders_of_different_machine_files_never_have_the_same_inputs() {
     let (_, printed, _) = run(&["compare", text(&a), text(&b)]);
     assert!(
         printed.contains(
-            "The machine files differ, and the output folders do not hold all of their keys"
+            "The machine files or their URDFs differ, and the output folders do not hold all of their parameters"
         ) && !printed.contains("are the same"),
         "{printed}"
     );

@@ -13,7 +13,7 @@ use crate::base::files::write_atomically;
 use crate::base::options::{Estimator, ModelKind, Options};
 use crate::base::output_place::OutputPlace;
 use crate::base::stdout::to_stdout;
-use crate::compare::{Side, as_text, compare, render};
+use crate::compare::{Extent, Side, as_text, compare, render};
 
 #[derive(Debug, Args)]
 pub(super) struct CompareArgs {
@@ -78,7 +78,13 @@ pub(super) fn run(args: &CompareArgs, terminal: Terminal) -> Result<Exit> {
     let json = serde_json::to_string_pretty(&comparison)?;
     match args.json {
         true => to_stdout(&format!("{json}\n"))?,
-        false => to_stdout(&as_text(&comparison, terminal.verbose))?,
+        false => {
+            let extent = match terminal.verbose {
+                true => Extent::Whole,
+                false => Extent::Usual,
+            };
+            to_stdout(&as_text(&comparison, extent))?;
+        }
     }
     if let Some(out) = &args.out {
         let target = OutputPlace::folder(out)?;

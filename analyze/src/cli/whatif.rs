@@ -14,7 +14,7 @@ use crate::base::files::write_atomically;
 use crate::base::options::{Estimator, Options};
 use crate::base::output_place::OutputPlace;
 use crate::base::progress::Progress;
-use crate::compare::{InputDifference, Side, as_text, compare, render};
+use crate::compare::{Extent, InputDifference, Side, as_text, compare, render};
 use crate::suspension::{
     Suppositions, SuspensionMode, WhatIfOptions, caveats, findings, measured_fall, suppose, what_if,
 };
@@ -139,16 +139,18 @@ fn supposed(
             b: Some(suppositions.in_words()),
         },
     );
+    comparison.caveats = caveats(&recorded, suppositions);
     let target = OutputPlace::folder(&args.out)?;
     let json = serde_json::to_string_pretty(&comparison)?;
     write_atomically(&target.path().join("comparison.json"), json.as_bytes())?;
     let page = render(&comparison, &a, &b);
     write_atomically(&target.path().join("comparison.html"), page.as_bytes())?;
     target.publish("comparison.json")?;
-    terminal.print(as_text(&comparison, terminal.verbose).trim_end());
-    for caveat in caveats(&recorded, suppositions) {
-        terminal.print(&format!("- {caveat}"));
-    }
+    let extent = match terminal.verbose {
+        true => Extent::Whole,
+        false => Extent::Short,
+    };
+    terminal.print(as_text(&comparison, extent).trim_end());
     terminal.print(&say!("results: {}", args.out.display()));
     let min_valid = args.min_valid.share(None);
     let [of_a, of_b] = [

@@ -31,6 +31,8 @@ pub struct Comparison {
     pub series: Option<SeriesComparison>,
     /// Why there is no comparison row by row.
     pub series_note: Option<String>,
+    /// What the comparison cannot show.
+    pub caveats: Vec<String>,
 }
 
 /// Compares two sides.
@@ -50,6 +52,7 @@ pub fn compare(a: &Side, b: &Side) -> Comparison {
         events,
         series,
         series_note,
+        caveats: Vec::new(),
         a: about_a,
         b: about_b,
     }

@@ -26,6 +26,16 @@ pub struct FactDifference {
 }
 
 impl FactDifference {
+    /// Whether the sides differ in it.
+    pub(super) fn differs(&self) -> bool {
+        self.a != self.b
+    }
+
+    /// Whether it is the least OTF of a wheel.
+    pub(super) fn is_least_otf(&self) -> bool {
+        self.name.starts_with(LEAST_OTF)
+    }
+
     /// Its name as a reader reads it.
     pub(super) fn in_words(&self) -> String {
         // behind the label stands a name of the machine
@@ -80,9 +90,10 @@ pub(super) fn formatted(value: Option<f64>, unit: &str) -> String {
     }
 }
 
+const LEAST_OTF: &str = message!("least OTF");
 /// Figures of a wheel: key in the summary, label.
 const OF_WHEEL: [(&str, &str); 6] = [
-    ("least_otf_n", message!("least OTF")),
+    ("least_otf_n", LEAST_OTF),
     ("least_load_n", message!("least load")),
     ("mean_load_n", message!("mean load")),
     ("largest_load_n", message!("largest load")),
@@ -238,29 +249,31 @@ fn numbers(side: &Side) -> Numbers {
     numbers
 }
 
-/// Pairs of events with the same kind and subject that overlap. Events on one side only come first.
+/// Pairs of events with the same kind and subject that overlap: a long event has one with each of several short ones. Events on
+/// one side only come first.
 pub(super) fn events(a: &Side, b: &Side) -> Vec<EventPair> {
-    let mut on_b: Vec<Option<&SideEvent>> = b.events.iter().map(Some).collect();
-    let mut pairs = Vec::new();
-    for event in &a.events {
-        let same = (on_b.iter_mut()).find(|other| other.is_some_and(|other| is_same(event, other)));
-        let other = same.and_then(Option::take);
-        pairs.push(EventPair {
+    let pair = |on_a: Option<&SideEvent>, on_b: Option<&SideEvent>| {
+        let event = on_a.or(on_b)?;
+        Some(EventPair {
             kind: event.kind.clone(),
             subject: event.subject.clone(),
-            a: Some(event_side(a, event)),
-            b: other.map(|other| event_side(b, other)),
-            is_open_elsewhere: other.is_none() && is_open(b, event),
-        });
+            a: on_a.map(|event| event_side(a, event)),
+            b: on_b.map(|event| event_side(b, event)),
+            is_open_elsewhere: (on_b.is_none() && is_open(b, event))
+                || (on_a.is_none() && is_open(a, event)),
+        })
+    };
+    let mut pairs = Vec::new();
+    for event in &a.events {
+        let of_b = b.events.iter().filter(|other| is_same(event, other));
+        pairs.extend(of_b.filter_map(|other| pair(Some(event), Some(other))));
     }
-    let only_b = on_b.into_iter().flatten();
-    pairs.extend(only_b.map(|event| EventPair {
-        kind: event.kind.clone(),
-        subject: event.subject.clone(),
-        a: None,
-        b: Some(event_side(b, event)),
-        is_open_elsewhere: is_open(a, event),
-    }));
+    let is_only =
+        |event: &&SideEvent, other: &Side| !other.events.iter().any(|of| is_same(event, of));
+    let only_a = a.events.iter().filter(|event| is_only(event, b));
+    pairs.extend(only_a.filter_map(|event| pair(Some(event), None)));
+    let only_b = b.events.iter().filter(|event| is_only(event, a));
+    pairs.extend(only_b.filter_map(|event| pair(None, Some(event))));
     let start = |pair: &EventPair| {
         pair.a
             .as_ref()
@@ -303,5 +316,55 @@ fn event_side(side: &Side, event: &SideEvent) -> EventSide {
         worst: event.worst,
         unit: event.unit.clone(),
         certainty: event.certainty,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn side(spans_s: &[[i64; 2]]) -> Side {
+        let second = |s: i64| s * 1_000_000_000;
+        let event = |&[start_s, end_s]: &[i64; 2]| SideEvent {
+            kind: "wheel_light".into(),
+            subject: "rl".into(),
+            start_ns: second(start_s),
+            end_ns: Some(second(end_s)),
+            worst: Some(0.0),
+            unit: "N".into(),
+            certainty: None,
+        };
+        Side {
+            name: String::new(),
+            summary: serde_json::Value::Null,
+            sources: None,
+            times_ns: (0..20).map(second).collect(),
+            valid: vec![true; 20],
+            columns: Vec::new(),
+            events: spans_s.iter().map(event).collect(),
+        }
+    }
+
+    /// What B has all along happens there, too, also where A has it twice.
+    #[test]
+    fn a_long_event_has_a_pair_with_each_of_several_short_ones() {
+        let pairs = events(
+            &side(&[[2, 4], [6, 8], [12, 14]]),
+            &side(&[[1, 9], [16, 17]]),
+        );
+        let start_s = |side: &Option<EventSide>| side.as_ref().map(|event| event.start_s);
+        let starts_s: Vec<_> = pairs
+            .iter()
+            .map(|pair| (start_s(&pair.a), start_s(&pair.b)))
+            .collect();
+        assert_eq!(
+            starts_s,
+            [
+                (Some(12.0), None),
+                (None, Some(16.0)),
+                (Some(2.0), Some(1.0)),
+                (Some(6.0), Some(1.0)),
+            ]
+        );
     }
 }

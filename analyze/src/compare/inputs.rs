@@ -21,19 +21,23 @@ pub struct InputDifference {
 
 /// Key of the machine file's hash: an output folder holds no machine file, so that not all of its keys can be compared.
 const MACHINE_FILE: &str = "machine_file.sha256";
+/// Key of the hash of the URDF, which an output folder does not hold either.
+const URDF: &str = "urdf.sha256";
 /// Key of the rule by which the load is split, a sentence.
 const SPLIT_RULE: &str = "split_rule";
 
 impl InputDifference {
     /// Whether it is that of machine files whose keys are not all known here.
     pub(super) fn is_of_machine_files(&self) -> bool {
-        self.key == MACHINE_FILE
+        [MACHINE_FILE, URDF].contains(&self.key.as_str())
     }
 
     /// Its key and its values as a reader reads them.
     pub(super) fn cells(&self) -> [String; 3] {
         let key = match self.key.as_str() {
             "supposed" => word!("supposed"),
+            URDF => word!("SHA-256 of the URDF"),
+            MACHINE_FILE => word!("SHA-256 of the machine file"),
             key => key,
         };
         let value = |value: &Option<String>| match value {
@@ -46,13 +50,13 @@ impl InputDifference {
 
 /// What must be known about machine files that differ and are not held.
 pub(super) const NOT_HELD: &str = message!(
-    "The machine files differ, and the output folders do not hold all of their keys: other keys may differ, \
-     too. Compare the logs under both machine files to see all of them."
+    "The machine files or their URDFs differ, and the output folders do not hold all of their parameters: others may differ, too. \
+     Compare the logs under both machine files to see all of them."
 );
 
 /// The inputs that differ, by key.
 pub(super) fn inputs(a: &Side, b: &Side) -> Vec<InputDifference> {
-    let has_files = a.machine_file.is_some() && b.machine_file.is_some();
+    let has_files = a.sources.is_some() && b.sources.is_some();
     let [on_a, on_b] = [a, b].map(|side| stated(side, has_files));
     let keys: std::collections::BTreeSet<_> = on_a.keys().chain(on_b.keys()).collect();
     let differences = keys.into_iter().map(|key| InputDifference {
@@ -74,7 +78,6 @@ fn stated(side: &Side, has_files: bool) -> BTreeMap<String, String> {
     let mut found = BTreeMap::new();
     flatten("options", &summary["options"], &mut found);
     let provenance = &summary["provenance"];
-    flatten("urdf.sha256", &provenance["urdf"]["sha256"], &mut found);
     let commissioning = &provenance["commissioning_file"]["sha256"];
     flatten("commissioning_file.sha256", commissioning, &mut found);
     for (place, file) in provenance["dbc_files"]
@@ -89,13 +92,15 @@ fn stated(side: &Side, has_files: bool) -> BTreeMap<String, String> {
             &mut found,
         );
     }
-    match side.machine_file.as_deref().filter(|_| has_files) {
-        Some(text) => {
-            let file = toml::from_str::<toml::Table>(text).ok();
+    match side.sources.as_ref().filter(|_| has_files) {
+        Some(sources) => {
+            let file = toml::from_str::<toml::Table>(&sources.machine_file).ok();
             let file = file.and_then(|table| serde_json::to_value(table).ok());
             flatten("", &file.unwrap_or_default(), &mut found);
+            flatten_urdf(&sources.urdf, &mut found);
         }
         None => {
+            flatten(URDF, &provenance["urdf"]["sha256"], &mut found);
             flatten(
                 MACHINE_FILE,
                 &provenance["machine_file"]["sha256"],
@@ -132,6 +137,30 @@ fn flatten(path: &str, value: &Value, found: &mut BTreeMap<String, String>) {
         }
         other => {
             found.insert(path.into(), other.to_string());
+        }
+    }
+}
+
+/// Adds the attributes of a URDF under the elements that they are in: "URDF link boom inertial mass value". Of elements alike
+/// without a name, such as collisions, the last counts.
+fn flatten_urdf(text: &str, found: &mut BTreeMap<String, String>) {
+    let Ok(document) = roxmltree::Document::parse(text) else {
+        return;
+    };
+    for element in document.descendants().filter(roxmltree::Node::is_element) {
+        let mut path: Vec<&str> = Vec::new();
+        for within in element
+            .ancestors()
+            .filter(|node| node.is_element() && *node != document.root_element())
+        {
+            path.extend(within.attribute("name"));
+            path.push(within.tag_name().name());
+        }
+        path.push("URDF");
+        path.reverse();
+        for attribute in element.attributes().filter(|of| of.name() != "name") {
+            let key = format!("{} {}", path.join(" "), attribute.name());
+            found.insert(key, attribute.value().into());
         }
     }
 }

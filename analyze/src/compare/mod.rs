@@ -18,4 +18,4 @@ pub use inputs::InputDifference;
 pub use page::render;
 pub use series::{SeriesComparison, SeriesDifference};
 pub use side::{Side, SideSummary};
-pub use text::as_text;
+pub use text::{Extent, as_text};

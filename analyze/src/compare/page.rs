@@ -4,33 +4,45 @@ use maud::{Markup, html};
 use tipwatch_language::{say, told, word};
 
 use super::comparison::Comparison;
-use super::facts::formatted;
+use super::facts::{FactDifference, formatted};
 use super::inputs::{InputDifference, NOT_HELD};
 use super::series::{in_words, printed_unit, shared_rows};
 use super::side::Side;
 use super::text::{event, origin};
 use crate::page::svg::{CHART_STYLE, Chart};
-use crate::page::{self, Document, list, number, rows_to_draw, section, table};
+use crate::page::{self, Document, list, number, part, rows_to_draw, section, table};
 
 /// Points of a curve.
 const MOST_POINTS: usize = 600;
 
-/// The comparison as an HTML page.
+/// The comparison as an HTML page: what changes on one sheet, every figure behind it.
 #[must_use]
 pub fn render(comparison: &Comparison, a: &Side, b: &Side) -> String {
-    let sides = [
-        ("A", origin(&comparison.a)),
-        (word!("Main finding of A"), comparison.a.finding.clone()),
-        ("B", origin(&comparison.b)),
-        (word!("Main finding of B"), comparison.b.finding.clone()),
-    ];
+    let sides = [("A", &comparison.a), ("B", &comparison.b)].map(|(letter, side)| {
+        let name = side.log.first().filter(|log| **log != side.name);
+        let name = name.map_or(side.name.clone(), |log| say!("{} of {log}", side.name));
+        (letter, format!("{name}. {}", side.finding))
+    });
+    let least: Vec<&FactDifference> = comparison
+        .facts
+        .iter()
+        .filter(|fact| fact.is_least_otf())
+        .collect();
+    let (curves, differences) = curves(comparison, a, b);
     let content = html! {
-        (page::facts(&sides))
-        (section(word!("Inputs that differ"), inputs(comparison)))
-        (section(word!("Events"), events(comparison)))
-        (section(word!("Overturning force (OTF)"), curves(comparison, a, b)))
-        (section(word!("Whole log"), facts(comparison)))
-        (section(word!("Row by row"), series(comparison)))
+        div.sheet {
+            (page::facts(&sides))
+            (section(word!("Inputs that differ"), inputs(comparison)))
+            (section(word!("Events"), events(comparison)))
+            (section(word!("Overturning force (OTF)"), html! { (facts(&least)) (curves) }))
+            @if !comparison.caveats.is_empty() {
+                (section(word!("What this cannot show"), list(comparison.caveats.iter())))
+            }
+        }
+        (part("differences", word!("Differences of the OTF"), false, differences))
+        (part("figures", word!("Whole log"), false, facts(&comparison.facts.iter().collect::<Vec<_>>())))
+        (part("rows", word!("Row by row"), false, series(comparison)))
+        (part("provenance", word!("Provenance"), false, page::facts(&[("A", origin(&comparison.a)), ("B", origin(&comparison.b))])))
     };
     Document {
         title: word!("Comparison of two results"),
@@ -66,8 +78,8 @@ fn events(comparison: &Comparison) -> Markup {
     }
 }
 
-fn facts(comparison: &Comparison) -> Markup {
-    let row = |fact: &super::FactDifference| {
+fn facts(facts: &[&FactDifference]) -> Markup {
+    let row = |fact: &&FactDifference| {
         let values = [fact.a, fact.b, fact.difference].map(|value| formatted(value, fact.unit));
         let why = fact
             .why_not
@@ -77,7 +89,7 @@ fn facts(comparison: &Comparison) -> Markup {
             .chain([printed_unit(fact.unit)])
             .collect()
     };
-    let rows: Vec<Vec<String>> = comparison.facts.iter().map(row).collect();
+    let rows: Vec<Vec<String>> = facts.iter().map(row).collect();
     table(
         &[word!("Quantity"), "A", "B", "B - A", word!("Unit")],
         &rows,
@@ -125,15 +137,16 @@ fn series(comparison: &Comparison) -> Markup {
     }
 }
 
-/// The OTF of each wheel that both have, over the rows that they share; otherwise each over its own time.
-fn curves(comparison: &Comparison, a: &Side, b: &Side) -> Markup {
+/// The OTF of each wheel that both have, and its difference, over the rows that they share; otherwise each over its own time.
+fn curves(comparison: &Comparison, a: &Side, b: &Side) -> (Markup, Markup) {
     let names = a.columns.iter().map(|column| column.name.as_str());
     let wheels: Vec<&str> = names
         .filter_map(|name| name.strip_prefix("otf_"))
         .filter(|wheel| !wheel.ends_with("_sigma") && b.column(&format!("otf_{wheel}")).is_some())
         .collect();
     if wheels.is_empty() {
-        return html! { p { (word!("The machines have no wheel of the same name.")) } };
+        let none = html! { p { (word!("The machines have no wheel of the same name.")) } };
+        return (none.clone(), none);
     }
     let together = comparison.series.is_some();
     let rows = match together {
@@ -158,7 +171,7 @@ fn curves(comparison: &Comparison, a: &Side, b: &Side) -> Markup {
             differences.push(chart(&title, &[thinned(&points)], &classes));
         }
     }
-    html! {
+    let overlaid = html! {
         p.hint {
             @if together {
                 (word!("OTF of each wheel over time, at the same times in both results. Solid: A; dashed: B."))
@@ -167,8 +180,9 @@ fn curves(comparison: &Comparison, a: &Side, b: &Side) -> Markup {
             }
         }
         div.grid { @for chart in &both { (chart) } }
-        div.grid { @for chart in &differences { (chart) } }
-    }
+    };
+    let apart = html! { div.grid { @for chart in &differences { (chart) } } };
+    (overlaid, apart)
 }
 
 fn seconds(side: &Side, row: usize) -> f64 {

@@ -10,7 +10,7 @@ use tipwatch_language::word;
 use tipwatch_storage::Location;
 
 use crate::analysis::run::analyse;
-use crate::analysis::{Analysis, Coverage, Undecided};
+use crate::analysis::{Analysis, Coverage, Sources, Undecided};
 use crate::base::fetched::{Fetched, has_file};
 use crate::base::options::{Options, Precision};
 use crate::report;
@@ -25,8 +25,8 @@ pub struct Side {
     pub(super) name: String,
     /// `summary.json`.
     pub(super) summary: Value,
-    /// The machine file, where the log was analysed here.
-    pub(super) machine_file: Option<String>,
+    /// Machine file and URDF, where the log was analysed here.
+    pub(super) sources: Option<Sources>,
     /// `time_ns` of each row.
     pub(super) times_ns: Vec<i64>,
     /// Whether each row is valid.
@@ -92,7 +92,7 @@ impl Side {
         let (machine, loads) = (&analysis.machine, &analysis.measured_loads);
         let samples = samples::samples(machine, analysis.rows.whole(), Precision::Double, loads);
         let mut side = Self::new(name, summary, &samples, &events::events(&analysis.events))?;
-        side.machine_file = Some(analysis.sources.machine_file.clone());
+        side.sources = Some(analysis.sources.clone());
         Ok(side)
     }
 
@@ -161,7 +161,7 @@ impl Side {
         Ok(Self {
             name: name.into(),
             summary,
-            machine_file: None,
+            sources: None,
             times_ns: times_ns.context("expected times in column time_ns, found none")?,
             valid: valid.context("expected truth values in column valid, found none")?,
             columns: samples.columns().iter().filter_map(numbers).collect(),

@@ -2,21 +2,34 @@
 
 use std::fmt::Write;
 
-use tipwatch_language::{is_english, say, told, word};
+use tipwatch_language::{say, told, word};
 
 use super::comparison::Comparison;
-use super::facts::{EventPair, FactDifference, formatted};
+use super::facts::{EventPair, EventSide, FactDifference, formatted};
 use super::inputs::{InputDifference, NOT_HELD, in_words};
 use super::series::printed_unit;
 use super::side::SideSummary;
-use crate::base::number::{input_in_words, number, readable};
+use crate::base::number::{input_in_words, number, probability, readable};
+use crate::events::support_words::edge_word;
 
 /// Lines per unit, unless all are requested.
-const MOST_LINES: usize = 6;
+const MOST_LINES: usize = 4;
 
-/// Formats a comparison: all lines, or the largest differences of each unit.
+/// How much of a comparison is printed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Extent {
+    /// Inputs, events and the least OTF of each wheel: what an investigator asks first.
+    Short,
+    /// The largest differences of each unit, too.
+    Usual,
+    /// Every figure, derivatives included.
+    Whole,
+}
+
+/// A comparison as text.
 #[must_use]
-pub fn as_text(comparison: &Comparison, all: bool) -> String {
+pub fn as_text(comparison: &Comparison, extent: Extent) -> String {
+    let all = extent == Extent::Whole;
     let most = if all { usize::MAX } else { MOST_LINES };
     let mut text = String::new();
     for (letter, side) in [("A", &comparison.a), ("B", &comparison.b)] {
@@ -38,8 +51,12 @@ pub fn as_text(comparison: &Comparison, all: bool) -> String {
         "B - A"
     );
     let mut counted = (String::new(), 0);
-    // what neither has tells nothing
-    let is_told = |fact: &&FactDifference| all || [fact.a, fact.b] != [Some(0.0); 2];
+    // what both have alike tells nothing
+    let is_told = |fact: &&FactDifference| match extent {
+        Extent::Short => fact.is_least_otf(),
+        Extent::Usual => fact.differs(),
+        Extent::Whole => true,
+    };
     for fact in comparison.facts.iter().filter(is_told) {
         if within(&mut counted, fact.unit, most) {
             let value = |value: Option<f64>| formatted(value, fact.unit);
@@ -56,7 +73,12 @@ pub fn as_text(comparison: &Comparison, all: bool) -> String {
             );
         }
     }
-    add_series(comparison, all, &mut text);
+    if extent != Extent::Short {
+        add_series(comparison, all, &mut text);
+    }
+    for caveat in &comparison.caveats {
+        let _ = writeln!(text, "- {caveat}");
+    }
     text
 }
 
@@ -118,18 +140,16 @@ fn add_events(comparison: &Comparison, text: &mut String) {
 /// An event, with its values on both sides.
 #[must_use]
 pub(super) fn event(pair: &EventPair) -> String {
-    let side = |letter: &str, side: &Option<super::facts::EventSide>| {
+    let side = |letter: &str, side: &Option<EventSide>| {
         side.as_ref().map(|event| {
             let lasts = match event.duration_s {
                 Some(s) => say!("for {s:.2} s"),
                 None => word!("until the log ends").into(),
             };
-            let worst = event.worst.map_or(word!("unknown").into(), number);
-            say!(
-                "{letter} from {:.2} s {lasts}, worst {worst} {}",
-                event.start_s,
-                event.unit
-            )
+            let certain = event
+                .certainty
+                .map(|certainty| say!(" (confidence {})", probability(certainty)));
+            say!("{letter} from {:.2} s {lasts}", event.start_s) + &certain.unwrap_or_default()
         })
     };
     let sides: Vec<String> = side("A", &pair.a)
@@ -143,12 +163,19 @@ pub(super) fn event(pair: &EventPair) -> String {
         (None, Some(_), false) => word!(", only in B"),
         _ => "",
     };
-    let kind = readable(&pair.kind);
-    let subject = match is_english() {
-        true => pair.subject.clone(),
-        false => input_in_words(&pair.subject),
-    };
-    format!("{kind} {subject}{only}: {}", sides.join("; "))
+    format!("{}{only}: {}", what(pair), sides.join("; "))
+}
+
+/// What happened, and to what.
+fn what(pair: &EventPair) -> String {
+    let (wheel, edge) = (pair.subject.to_uppercase(), edge_word(&pair.subject));
+    match pair.kind.as_str() {
+        "wheel_light" => say!("{} light", wheel),
+        "wheel_lift" => say!("{} off the ground", wheel),
+        "edge_tipping" => say!("tipping about the {edge} edge"),
+        "tip_over" => say!("tipping over about the {edge} edge"),
+        kind => format!("{}: {}", readable(kind), input_in_words(&pair.subject)),
+    }
 }
 
 fn add_series(comparison: &Comparison, all: bool, text: &mut String) {
