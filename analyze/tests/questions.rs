@@ -176,6 +176,52 @@ fn enter_keeps_the_guesses_as_guesses() {
     );
 }
 
+/// A crane on its outriggers stands on what the person says, and its wheels carry nothing.
+#[test]
+fn what_a_machine_stood_on_is_asked_for() {
+    let [folder, other] = [(); 2].map(|()| TempDir::new().unwrap());
+    let mut draft = draft_of("crane", folder.path());
+    let radii = "0.5\n".repeat(4);
+    let rest = "\n".repeat(40);
+    let mut output = Vec::new();
+    let mut input = Cursor::new(format!("{radii}all\nall\n{rest}"));
+    ask(&mut draft, &mut input, &mut output).unwrap();
+    written(&draft);
+    let read = |folder: &TempDir| -> toml::Table {
+        fs::read_to_string(folder.path().join("machine.toml"))
+            .unwrap()
+            .parse()
+            .unwrap()
+    };
+    let file = read(&folder);
+    for foot in ["jack_ofl", "jack_ofr", "jack_orl", "jack_orr"] {
+        let support = &file["supports"][foot];
+        assert_eq!(
+            (support["link"].as_str(), support["set"].as_bool()),
+            (Some(foot), Some(true))
+        );
+    }
+    for wheel in ["FL", "FR", "RL", "RR"] {
+        assert_eq!(file["wheels"][wheel]["raised"].as_bool(), Some(true));
+    }
+    // without one, nobody asks what it keeps off the ground
+    let mut draft = draft_of("crane", other.path());
+    let mut output = Vec::new();
+    ask(
+        &mut draft,
+        &mut Cursor::new(format!("{radii}\n{rest}")),
+        &mut output,
+    )
+    .unwrap();
+    written(&draft);
+    assert!(!read(&other).contains_key("supports"));
+    assert!(
+        !String::from_utf8(output)
+            .unwrap()
+            .contains("off the ground")
+    );
+}
+
 /// What was answered before the terminal was closed is not lost.
 #[test]
 fn answers_that_end_early_are_kept() {

@@ -15,14 +15,18 @@ const BOTTOM: f64 = 34.0;
 const SEEN: f64 = 0.2;
 /// Height of a name of a line.
 const NAME_HEIGHT: f64 = 11.0;
-/// The right end and the floor of the drawing area.
-const END: f64 = WIDTH - RIGHT;
+/// Width of a letter of a name, and of the sample of the line before it.
+const LETTER_WIDTH: f64 = 6.2;
+const SAMPLE_WIDTH: f64 = 12.0;
+/// The floor of the drawing area.
 const FLOOR: f64 = HEIGHT - BOTTOM;
 
 /// A chart with axes; numbers outside its ranges are drawn at its edge.
 pub(crate) struct Chart {
     x: (f64, f64),
     y: (f64, f64),
+    /// The right end of the drawing area.
+    end: f64,
     body: Vec<Markup>,
     title: String,
 }
@@ -32,14 +36,22 @@ impl Chart {
         Self {
             x,
             y,
+            end: WIDTH - RIGHT,
             body: Vec::new(),
             title: title.into(),
         }
     }
 
+    /// Leaves room beside the drawing area for the names of lines, which lie on none then. To be called before anything is drawn.
+    pub(crate) fn with_names<'n>(mut self, names: impl Iterator<Item = &'n str>) -> Self {
+        let longest = names.map(|name| name.chars().count()).max().unwrap_or(0);
+        self.end -= LETTER_WIDTH * longest as f64 + SAMPLE_WIDTH + 2.0;
+        self
+    }
+
     fn at_x(&self, x: f64) -> f64 {
         let share = ((x - self.x.0) / (self.x.1 - self.x.0)).clamp(0.0, 1.0);
-        LEFT + share * (END - LEFT)
+        LEFT + share * (self.end - LEFT)
     }
 
     fn at_y(&self, y: f64) -> f64 {
@@ -85,7 +97,7 @@ impl Chart {
     /// A dashed horizontal line at a value.
     pub(crate) fn guide(&mut self, y: f64) {
         let y = self.at_y(y);
-        self.segment("guide", [LEFT, y], [END, y]);
+        self.segment("guide", [LEFT, y], [self.end, y]);
     }
 
     /// A dashed vertical line at a value.
@@ -100,7 +112,8 @@ impl Chart {
         self.segment(class, [x, TOP], [x, FLOOR]);
     }
 
-    /// Names of lines at their right ends, with their values there: one above the other where they are close.
+    /// Names of lines beside their right ends, with their values there: one above the other where they are close. The chart has
+    /// room [`with_names`](Self::with_names).
     pub(crate) fn names(&mut self, mut names: Vec<(f64, &str, &str)>) {
         names.sort_by(|a, b| b.0.total_cmp(&a.0));
         let mut free = TOP + 8.0;
@@ -110,8 +123,13 @@ impl Chart {
             let lowest = FLOOR - below + NAME_HEIGHT * (place as f64 + 1.0) - 2.0;
             let y = (self.at_y(value) - 3.0).min(lowest).max(free);
             free = y + NAME_HEIGHT;
-            self.segment(class, [END - 4.0, y - 3.5], [END + 6.0, y - 3.5]);
-            self.text([END - 7.0, y], "end", name);
+            let sample = self.end + 2.0;
+            self.segment(
+                class,
+                [sample, y - 3.5],
+                [sample + SAMPLE_WIDTH - 3.0, y - 3.5],
+            );
+            self.text([sample + SAMPLE_WIDTH, y], "start", name);
         }
     }
 
@@ -123,7 +141,7 @@ impl Chart {
         let x = self.at_x(x);
         let anchor = match x {
             x if x < LEFT + 20.0 => "start",
-            x if x > END - 20.0 => "end",
+            x if x > self.end - 20.0 => "end",
             _ => "middle",
         };
         self.text([x, FLOOR + 14.0], anchor, text);
@@ -135,7 +153,7 @@ impl Chart {
 
     /// The name of the horizontal axis.
     pub(crate) fn caption_x(&mut self, text: &str) {
-        self.text([(LEFT + END) / 2.0, HEIGHT - 5.0], "middle", text);
+        self.text([(LEFT + self.end) / 2.0, HEIGHT - 5.0], "middle", text);
     }
 
     fn text(&mut self, [x, y]: [f64; 2], anchor: &str, text: &str) {
@@ -149,7 +167,7 @@ impl Chart {
                 figcaption { (self.title) }
                 svg.chart viewBox=(format_args!("0 0 {WIDTH} {HEIGHT}")) role="img" aria-label=(self.title) {
                     @for part in &self.body { (part) }
-                    (segment("axis", [LEFT, FLOOR], [END, FLOOR]))
+                    (segment("axis", [LEFT, FLOOR], [self.end, FLOOR]))
                     (segment("axis", [LEFT, TOP], [LEFT, FLOOR]))
                 }
             }

@@ -117,10 +117,16 @@ pub(super) fn sensitivity(analysis: &Analysis) -> Markup {
 /// How the models differ, and the stated uncertainties.
 pub(super) fn models(analysis: &Analysis) -> Markup {
     let chosen = analysis.options.model.name();
+    let file = toml::from_str::<toml::Table>(&analysis.sources.machine_file).unwrap_or_default();
+    let of_file = file.get("uncertainty").and_then(toml::Value::as_table);
     let stated = analysis.machine.uncertainty().by_key();
     let stated = stated.iter().map(|(key, sigma)| {
         let (words, unit) = uncertainty_in_words(key);
-        vec![words.into(), short(*sigma), unit.into()]
+        let from = match of_file.is_some_and(|of_file| of_file.contains_key(*key)) {
+            true => word!("machine file"),
+            false => word!("default"),
+        };
+        vec![words.into(), short(*sigma), unit.into(), from.into()]
     });
     let stated: Vec<Vec<String>> = stated.collect();
     html! {
@@ -130,8 +136,8 @@ pub(super) fn models(analysis: &Analysis) -> Markup {
                 Ok(comparison) => (difference(analysis, chosen, comparison)),
             }
         }
-        p { (word!("Standard deviation (σ) of every kind of parameter, from the machine file or the default:")) }
-        (table(&[word!("Uncertain"), word!("Standard deviation"), word!("Unit")], &stated))
+        p { (word!("Standard deviation (σ) of every kind of parameter:")) }
+        (table(&[word!("Uncertain"), word!("Standard deviation"), word!("Unit"), word!("From")], &stated))
     }
 }
 

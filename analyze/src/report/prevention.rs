@@ -113,8 +113,8 @@ fn tried_in_words(name: &str) -> String {
         _ => {}
     }
     match name.rsplit_once('.') {
-        Some((joint, "position (higher)")) => say!("Joint {joint} higher"),
-        Some((joint, "position (lower)")) => say!("Joint {joint} lower"),
+        Some((joint, "position (higher)")) => say!("Joint {joint} in its positive sense"),
+        Some((joint, "position (lower)")) => say!("Joint {joint} in its negative sense"),
         Some((of, "mass")) => say!("Less mass of {}", of.replace('_', " ")),
         _ => name.into(),
     }

@@ -305,10 +305,17 @@ impl Told<'_> {
         match change {
             Change::JointOffset(joint) => {
                 let name = &machine.joints()[joint].name;
-                let (offset, unit) = (short(amount.abs()), change.unit(machine));
-                match amount < 0.0 {
-                    true => say!("joint {name} {offset} {unit} lower"),
-                    false => say!("joint {name} {offset} {unit} higher"),
+                let offset = format!(
+                    "{}{}",
+                    if amount < 0.0 { "-" } else { "+" },
+                    short(amount.abs())
+                );
+                match change.unit(machine) {
+                    "m" => say!("joint {name} moved by {offset} m"),
+                    _ => say!(
+                        "joint {name} turned by {offset} rad ({:+.0}°)",
+                        amount.to_degrees()
+                    ),
                 }
             }
             Change::SlowerArm => say!("the arm {less} slower on the same path"),

@@ -77,15 +77,20 @@ impl Scene {
                 probability(doubt.loads_are_right)
             ));
         }
-        evidence.extend(event.untested.iter().map(|sign| {
-            say!(
-                "Rests on the sign of the encoder of {}, which neither the motion of this log nor a commissioning has proven: the \
-                 other sign has a probability of {}, and with it this one of {}. Both are in the confidence",
-                sign.joint,
-                probability(sign.reversed),
-                probability(sign.certainty_if_reversed)
-            )
-        }));
+        if !event.untested.is_empty() {
+            let signs = event.untested.iter().map(|sign| {
+                let (other, with_it) = (
+                    probability(sign.reversed),
+                    probability(sign.certainty_if_reversed),
+                );
+                format!("{} ({other}; {with_it})", sign.joint)
+            });
+            evidence.push(say!(
+                "Rests on signs of encoders that neither the motion of this log nor a commissioning has proven: {}. In brackets: the \
+                 probability of the other sign, and that of this event with it; both are in the confidence",
+                enumerated(&signs.collect::<Vec<_>>())
+            ));
+        }
         if let Some(causes) = &event.causes {
             evidence.extend(self.causes(causes));
         }

@@ -177,6 +177,11 @@ fn chart(title: &str, curves: &[Named], span: (f64, f64), onset_s: f64, from_zer
         false => (-round_up(-low.min(-0.5)), round_up(high.max(0.5))),
     };
     let mut chart = Chart::new(title, span, (low, high));
+    // the title names a single curve
+    let is_named = curves.len() > 1;
+    if is_named {
+        chart = chart.with_names(curves.iter().map(|(name, _)| name.as_str()));
+    }
     for (_, points) in curves {
         let band = points
             .iter()
@@ -192,8 +197,7 @@ fn chart(title: &str, curves: &[Named], span: (f64, f64), onset_s: f64, from_zer
         let known = line.iter().rev().find(|(_, value)| value.is_finite());
         names.extend(known.map(|&(_, value)| (value, name.as_str(), class)));
     }
-    // the title names a single curve
-    if names.len() > 1 {
+    if is_named {
         chart.names(names);
     }
     for share in [0.0, 0.5, 1.0] {

@@ -31,6 +31,10 @@ pub struct Draft {
 pub(super) struct Stated {
     /// Joints that carry no torque.
     pub(super) free_joints: Vec<String>,
+    /// Links other than wheels on which the machine stood.
+    pub(super) supports: Vec<String>,
+    /// Wheels that were off the ground for them.
+    pub(super) raised: Vec<String>,
     /// Vertical stiffness of each tyre on flat ground (N/m).
     pub(super) tyre_stiffness: Option<f64>,
     pub(super) roll_moment_distribution: Option<f64>,

@@ -169,6 +169,32 @@ impl Guesses {
         pivots.collect()
     }
 
+    /// Links on which the machine may stand besides its wheels, such as outriggers and blades: moving ones that carry nothing, and
+    /// neither of the arm nor of a wheel.
+    pub(super) fn feet(&self) -> Vec<String> {
+        let links = &self.outline.links;
+        let moves = |mut link: usize| loop {
+            match (links[link].moves(), links[link].parent) {
+                (true, _) => break true,
+                (false, Some(parent)) => link = parent,
+                (false, None) => break false,
+            }
+        };
+        let of_arm = |link: usize| {
+            let root = |arm: &arm::Guess| links.iter().position(|it| it.name == arm.link);
+            let root = self.arm.as_ref().and_then(root);
+            root.is_some_and(|root| link == root || self.outline.is_below(link, root))
+        };
+        let of_wheel = |link: usize| {
+            let mut wheels = self.wheels.iter();
+            wheels.any(|wheel| wheel.link == link || self.outline.is_below(link, wheel.link))
+        };
+        let carries = |link: usize| links.iter().any(|it| it.parent == Some(link));
+        let feet = (0..links.len())
+            .filter(|&link| moves(link) && !carries(link) && !of_arm(link) && !of_wheel(link));
+        feet.map(|link| links[link].name.clone()).collect()
+    }
+
     /// The mass that a joint carries (kg), and its share of the whole.
     pub(super) fn carried_mass(&self, joint: &str) -> [f64; 2] {
         let links = &self.outline.links;

@@ -54,7 +54,8 @@ pub(super) fn rendered(draft: &Draft, guesses: Option<&Guesses>, verdict: &str) 
     }
     write_doubts(&mut text, guesses, imu);
     if let Some(guesses) = guesses {
-        write_wheels(&mut text, guesses);
+        write_wheels(&mut text, guesses, stated);
+        write_supports(&mut text, guesses, stated);
         text.line(&imu.text);
         write_arm(&mut text, guesses);
         write_linkages(&mut text, &guesses.linkages);
@@ -101,7 +102,7 @@ fn write_doubts(text: &mut Text, guesses: Option<&Guesses>, imu: &ImuSection) {
     }
 }
 
-fn write_wheels(text: &mut Text, guesses: &Guesses) {
+fn write_wheels(text: &mut Text, guesses: &Guesses, stated: &Stated) {
     text.gap();
     for note in &guesses.rejected {
         text.comment(note);
@@ -123,6 +124,10 @@ fn write_wheels(text: &mut Text, guesses: &Guesses) {
                 });
                 text.comment(&format!("Radius (m): {why}."));
                 text.line(&format!("radius = {}", number(*radius)));
+                if stated.raised.contains(&wheel.name) {
+                    text.comment("Stated at the terminal: off the ground during this log. For others: the spans in seconds, or a signal.");
+                    text.line("raised = true");
+                }
             }
             None => {
                 text.comment(
@@ -131,6 +136,29 @@ fn write_wheels(text: &mut Text, guesses: &Guesses) {
                 text.open(&format!("{head}\nradius = 0.0"));
             }
         }
+    }
+}
+
+/// What the machine stood on besides its wheels, and what it may stand on.
+fn write_supports(text: &mut Text, guesses: &Guesses, stated: &Stated) {
+    let feet = guesses.feet();
+    if feet.is_empty() {
+        return;
+    }
+    text.gap().comment(match stated.supports.is_empty() {
+        true => "On these the machine may stand besides its wheels (outriggers, a blade). Complete what applies:",
+        false => "Stated at the terminal: what the machine stood on during this log. For others: the spans in seconds, or a signal.",
+    });
+    for foot in feet {
+        let table = format!(
+            "[supports.{}]\nlink = {}\nset = true",
+            key(&foot),
+            quoted(&foot)
+        );
+        match stated.supports.contains(&foot) {
+            true => text.line(&table),
+            false => text.open(&table),
+        };
     }
 }
 

@@ -9,7 +9,14 @@ use crate::setup::first_machine::guesses::StatedPosition;
 pub(super) fn apply(draft: &mut Draft, subject: &Subject, answer: Answer) {
     match answer {
         Answer::Numbers(numbers) => apply_numbers(draft, subject, &numbers),
-        Answer::Names(names) => draft.stated.free_joints = names,
+        Answer::Names(names) => {
+            let stated = &mut draft.stated;
+            match subject {
+                Subject::Supports => stated.supports = names,
+                Subject::Raised => stated.raised = names,
+                _ => stated.free_joints = names,
+            }
+        }
         Answer::Signal(table) => {
             if let (Some(guesses), Subject::JointPosition(joint)) = (&mut draft.guesses, subject) {
                 let stated = StatedPosition::Signal(table);

@@ -51,9 +51,13 @@ fn ask_for(
     input: &mut dyn BufRead,
     output: &mut dyn Write,
 ) -> Result<()> {
-    // tyres on flat ground have split the load already
-    let is_split = value.subject == Subject::RollMomentDistribution;
-    if is_split && draft.stated.tyre_stiffness.is_some() {
+    let is_answered = match value.subject {
+        // tyres on flat ground have split the load already
+        Subject::RollMomentDistribution => draft.stated.tyre_stiffness.is_some(),
+        Subject::Raised => draft.stated.supports.is_empty(),
+        _ => false,
+    };
+    if is_answered {
         return Ok(());
     }
     writeln!(output)?;

@@ -82,6 +82,31 @@ pub(super) fn structure(draft: &Draft, guesses: Option<&Guesses>) -> Vec<OpenVal
             Kind::Names(pivots),
         ));
     }
+    let feet = guesses.feet();
+    if !feet.is_empty() && draft.stated.supports.is_empty() {
+        list.push(value(
+            "supports",
+            Subject::Supports,
+            format!("Which of these stood on the ground during this log, such as outriggers or a blade: {}", feet.join(", ")),
+            "none",
+            Kind::Names(feet),
+        ));
+        let wheels: Vec<String> = guesses
+            .wheels
+            .iter()
+            .map(|wheel| wheel.name.clone())
+            .collect();
+        list.push(value(
+            "wheels.NAME.raised",
+            Subject::Raised,
+            format!(
+                "Which wheels did they keep off the ground: {}",
+                wheels.join(", ")
+            ),
+            "none",
+            Kind::Names(wheels),
+        ));
+    }
     list
 }
 

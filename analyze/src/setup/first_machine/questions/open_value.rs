@@ -51,6 +51,10 @@ pub struct Effect {
 pub(super) enum Subject {
     WheelRadius(String),
     FreeJoints,
+    /// What the machine stood on besides its wheels.
+    Supports,
+    /// Wheels that were off the ground because it stood on something else.
+    Raised,
     /// The eyes of the cylinder of a linkage, with the joints that it moves.
     Eyes {
         linkage: String,
