@@ -168,12 +168,12 @@ pub(super) fn event(pair: &EventPair) -> String {
 
 /// What happened, and to what.
 fn what(pair: &EventPair) -> String {
-    let (wheel, edge) = (pair.subject.to_uppercase(), edge_word(&pair.subject));
+    let (wheel, subject) = (pair.subject.to_uppercase(), edge_word(&pair.subject));
     match pair.kind.as_str() {
         "wheel_light" => say!("{} light", wheel),
         "wheel_lift" => say!("{} off the ground", wheel),
-        "edge_tipping" => say!("tipping about the {edge} edge"),
-        "tip_over" => say!("tipping over about the {edge} edge"),
+        "edge_tipping" => say!("tipping about the {subject} edge"),
+        "tip_over" => say!("tipping over about the {subject} edge"),
         kind => format!("{}: {}", readable(kind), input_in_words(&pair.subject)),
     }
 }
