@@ -12,6 +12,8 @@ use super::text::{event, origin};
 use crate::page::svg::{CHART_STYLE, Chart};
 use crate::page::{self, Document, list, number, part, rows_to_draw, section, table};
 
+/// Lines of a list on the sheet; the others are folded.
+const MOST_LINES: usize = 12;
 /// Points of a curve.
 const MOST_POINTS: usize = 600;
 
@@ -58,12 +60,25 @@ pub fn render(comparison: &Comparison, a: &Side, b: &Side) -> String {
 
 fn inputs(comparison: &Comparison) -> Markup {
     let row = |of: &InputDifference| of.cells().to_vec();
+    let rows: Vec<Vec<String>> = comparison.inputs.iter().map(row).collect();
+    let shown = |rows: &[Vec<String>]| table(&[word!("Input"), "A", "B"], rows);
     html! {
-        @if comparison.inputs.is_empty() {
+        @if rows.is_empty() {
             p { (word!("None.")) }
         } @else {
-            (table(&[word!("Input"), "A", "B"], &comparison.inputs.iter().map(row).collect::<Vec<_>>()))
+            (folded(&rows, shown))
             @if comparison.inputs.iter().any(InputDifference::is_of_machine_files) { p { (told(NOT_HELD)) } }
+        }
+    }
+}
+
+/// The first lines, and the others folded.
+fn folded<T>(all: &[T], shown: impl Fn(&[T]) -> Markup) -> Markup {
+    let (first, others) = all.split_at(all.len().min(MOST_LINES));
+    html! {
+        (shown(first))
+        @if !others.is_empty() {
+            details { summary { (say!("{} more", others.len())) } (shown(others)) }
         }
     }
 }
@@ -73,7 +88,7 @@ fn events(comparison: &Comparison) -> Markup {
         @if comparison.events.is_empty() {
             p { (word!("Neither result has an event.")) }
         } @else {
-            (list(comparison.events.iter().map(event)))
+            (folded(&comparison.events, |events| list(events.iter().map(event))))
         }
     }
 }
