@@ -291,6 +291,43 @@ fn a_swing_of_the_platform_is_not_fed() {
     }
 }
 
+/// On a machine that stands steady the rods go where the loads are most alike, and from there no further: begun there, they stand
+/// still from the first step on. At the end of their stroke, where more would help and there is none, they stand still, too.
+#[test]
+fn rods_stand_still_where_nothing_is_to_be_gained() {
+    let machine = machine();
+    for (mode, independent) in [ControlMode::LookAhead, ControlMode::OneStep]
+        .into_iter()
+        .flat_map(|mode| [(mode, false), (mode, true)])
+    {
+        let from = |rods: f64| {
+            let manoeuvre = Manoeuvre::standing(&machine, rods, [1.0, 0.0]);
+            manoeuvre.ideal(&machine, &settings(mode, independent))
+        };
+        let mut gained = 0.0;
+        for begin in [-0.18, -0.1, -0.03] {
+            let first = from(begin);
+            let [[_, before], [_, after]] = [first.spread[0], *first.spread.last().unwrap()];
+            gained += 1.0 - after / before;
+            let [there, _] = *first.rod.last().unwrap();
+            let again = from(there);
+            let moved = again.rod.iter().map(|[x, _]| (x - there).abs());
+            let (moved, fastest) = (
+                moved.fold(0.0, f64::max),
+                again.rod.iter().map(|[_, v]| v.abs()).fold(0.0, f64::max),
+            );
+            println!(
+                "{mode:?} {independent}: from {begin} to {there:.4} m, then by {:.3} mm at up to {:.3} mm/s",
+                1e3 * moved,
+                1e3 * fastest
+            );
+            assert!(moved < 1e-4 && fastest < 1e-3, "{begin} {moved} {fastest}");
+        }
+        // a control that never moves stands still, too
+        assert!(gained > 0.01, "{gained}");
+    }
+}
+
 /// Nor do the rods set a platform swinging that stood still, by braking and letting go again. With tyres of any stiffness
 /// the spread of the loads is never higher than the largest of locked rods, and light wheels keep what they had.
 #[test]
