@@ -373,12 +373,12 @@ impl Relations {
             self.proven.remove(Proof::AngularVelocity);
         }
         self.disputed = lean.map_or(Proofs::NONE, LeanRelation::disputed);
+        // the attitude of an IMU is that of its housing
+        let is_force = self.force.is_disputed(BEFOREHAND) || self.tilt.is_disputed(BEFOREHAND);
+        let is_turning = self.rotation.is_disputed(BEFOREHAND);
         for (is_disputed, signal) in [
-            (self.force.is_disputed(BEFOREHAND), Proof::SpecificForce),
-            (
-                self.rotation.is_disputed(BEFOREHAND),
-                Proof::AngularVelocity,
-            ),
+            (is_force, Proof::SpecificForce),
+            (is_turning, Proof::AngularVelocity),
         ] {
             if is_disputed {
                 self.disputed.add(signal);
