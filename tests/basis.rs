@@ -7,12 +7,16 @@ use tempfile::TempDir;
 use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::analysis::run::analyse;
 use tipwatch_analyze::base::options::Estimator;
-use tipwatch_binding::{Commissioning, CommissioningItem, MachineFile, sha256};
+use tipwatch_binding::{
+    Commissioning, CommissioningItem, CommissioningSource, MachineFile, sha256,
+};
+use tipwatch_calibration::commissioning::{Answers, Recording, assess};
 use tipwatch_mechanics::Quantity;
-use tipwatch_mechanics::machine::Proof;
+use tipwatch_mechanics::machine::{ActuatorSignal, Proof};
+use tipwatch_mechanics::state::Sensors;
 use tipwatch_mechanics::verdict::{Basis, Level, Verdict};
 
-use tipwatch_tests::{Values, by, data, write_edited};
+use tipwatch_tests::{Truth, Values, by, data, write_edited, write_with_loads};
 
 /// A copy of the machine file of a log with these changes, beside its URDF.
 fn machine(name: &str, edit: impl Fn(String) -> String) -> (TempDir, PathBuf) {
@@ -49,6 +53,18 @@ fn commission(path: &Path, open: &[&str]) {
         let parts = ["sign", "scale", "velocity"];
         keys.extend(parts.map(|part| format!("joint.{}.{part}", joint.name)));
     }
+    keys.extend(
+        machine
+            .payloads_by_signals()
+            .map(|it| format!("payload.{}", it + 1)),
+    );
+    let joints = machine.contact().actuated_joints.iter();
+    keys.extend(joints.map(|joint| format!("actuator.{}", joint.name(machine.linkages()))));
+    let supports = machine.supports();
+    let told = supports
+        .told_by_signals()
+        .map(|it| &supports.support(it).name);
+    keys.extend(told.map(|name| format!("support.{name}")));
     let item = |key: String| CommissioningItem {
         status: match open.iter().any(|open| key.starts_with(open)) {
             true => "not_shown".into(),
@@ -197,7 +213,7 @@ fn what_no_load_hangs_on_needs_no_proof() {
     let file = MachineFile::read(&path).unwrap();
     let mut machine = file.check_alone().unwrap();
     machine.set_reference_loads().unwrap();
-    let sensors = tipwatch_mechanics::state::Sensors {
+    let sensors = Sensors {
         imu: true,
         odometry: true,
         ..Default::default()
@@ -215,6 +231,94 @@ fn what_no_load_hangs_on_needs_no_proof() {
     let mut sorted = needed.clone();
     sorted[3..].sort();
     assert_eq!(sorted, expected, "{needed:?}");
+}
+
+/// What a person is asked about payloads, supports and measured forces proves them once all of it is confirmed, and nothing less does.
+// requirement: TW-VERDICT-28
+#[test]
+fn payloads_supports_and_forces_are_proven_by_a_person_at_the_commissioning() {
+    let scale = "[[payload]]\nlink = \"load\"\nmass_sigma = 4.0\nmass = { signal = { topic = \"/scale\", field = \"data\" } }\n";
+    let (_folder, path) = machine("crane.mcap", |text| text + scale);
+    let file = MachineFile::read(&path).unwrap();
+    let urdf = file.urdf(None, None).unwrap();
+    let mut machine = file.check_alone().unwrap();
+    machine.set_reference_loads().unwrap();
+    let forces = &machine.contact().actuated_joints;
+    let signal = |joint| ActuatorSignal { joint, signal: 0 };
+    let sensors = Sensors {
+        actuators: (0..forces.len()).map(signal).collect(),
+        switches: machine.supports().switches.len(),
+        payload_signals: vec![0],
+        ..Default::default()
+    };
+    let needed = machine.needed_proofs(&sensors);
+    let proven = |answers: &Answers| {
+        let found = assess(&machine, &sensors, &Recording::new(&sensors), answers);
+        let source = CommissioningSource {
+            name: "test".into(),
+            sha256: String::new(),
+            tipwatch_version: "test".into(),
+            made_at: "2026-01-01T00:00:00Z".into(),
+            recorded_from_ns: None,
+        };
+        Commissioning::new(&file, &urdf, source, &found).proven(&machine)
+    };
+    let asked = assess(
+        &machine,
+        &sensors,
+        &Recording::new(&sensors),
+        &Answers::new(),
+    );
+    let asked = asked.items.into_iter().filter(|item| item.asks.is_some());
+    let all: Answers = asked.map(|item| (item.key, true)).collect();
+    for (proof, key) in [
+        (Proof::Payload, "payload.1"),
+        (Proof::Supports, "support.ORL"),
+        (Proof::Supports, "support.FL"),
+        (Proof::ActuatorForces, "actuator.ORR"),
+    ] {
+        assert!(needed.has(proof) && proven(&all).has(proof), "{key}");
+        let mut but_one = all.clone();
+        assert_eq!(but_one.remove(key), Some(true), "{all:?}");
+        assert!(!proven(&but_one).has(proof), "{key}");
+    }
+}
+
+/// A scale that shows one number only since the start is not proven by a commissioning, whatever it shows.
+// requirement: TW-VERDICT-28
+#[test]
+fn commissioned_scale_that_never_changes_is_not_proven() {
+    let log = "lift_payload.mcap";
+    let scale = "[[payload]]\nlink = \"tool\"\nmass_sigma = 4.0\ncom = [0.405, -0.4313, -0.0134]\n\
+                 mass = { signal = { topic = \"/wheel_loads\", field = \"fl\" } }\n";
+    let judged = |open: &[&str], estimator, mass: &dyn Fn(i64) -> f64| {
+        let (folder, path) = machine(log, |text| named(on_plane_ground(text)) + scale);
+        commission(&path, open);
+        let weighed = folder.path().join("weighed.mcap");
+        let rows = Truth::of(&data(log), &["FL", "FR", "RL", "RR"]).rows(100);
+        let masses: Vec<_> = (rows.iter())
+            .map(|(time_ns, _)| (*time_ns, [mass(*time_ns), 0.0, 0.0, 0.0]))
+            .collect();
+        write_with_loads(&data(log), &weighed, &masses);
+        let file = MachineFile::read(&path).unwrap();
+        analyse(&weighed, &file, by(estimator), &mut |_| {}).unwrap()
+    };
+    let sound = |time_ns: i64| 320.0 + 1e-8 * (time_ns % 1_000_000_007) as f64;
+    for estimator in [Estimator::Causal, Estimator::Smoother] {
+        let good = judged(&[], estimator, &sound);
+        let last = verdicts(&good).last().unwrap();
+        assert!(!last.unproven.has(Proof::Payload), "{:?}", last.unproven);
+        assert!(count(&good, Level::Safe) > 100);
+        let unconfirmed = judged(&["payload."], estimator, &sound);
+        let stuck = judged(&[], estimator, &|_| 0.0);
+        for (name, found) in [("unconfirmed", unconfirmed), ("stuck", stuck)] {
+            for verdict in verdicts(&found) {
+                assert_ne!(verdict.basis, Basis::Proven, "{name}: {verdict:?}");
+            }
+            let last = verdicts(&found).last().unwrap();
+            assert!(last.unproven.has(Proof::Payload), "{name}: {last:?}");
+        }
+    }
 }
 
 /// A change of the messages of a log.

@@ -490,7 +490,7 @@ struct tipwatch_sample {
     int64_t log_time_ns;
     /* Kind of sensor: 1 joints, 2 IMU, 3 odometry, 4 tool wrench, 5 end of the session, 6 actuator
      * signal, 7 signal that tells whether supports are set or raised, 8 load sensor, 9 rate that
-     * is asked of a joint. */
+     * is asked of a joint, 10 signal that tells the mass of a payload. */
     uint32_t kind;
     /* Index of the stream among those of its kind. */
     uint32_t stream;
@@ -621,9 +621,9 @@ struct tipwatch_verdict {
     uint64_t alarm_sequence;
     /* The announced session that the monitor refuses; 0 if none. */
     uint64_t refused_session;
-    /* Bits: what the loads hang on that nothing has proven. Bits 0 to 5: specific force, angular velocity,
-     * odometry, tool wrench, actuator forces, ground; bit 8 + k: joint k of the machine. Without any, and without
-     * a doubt, the basis is proven. */
+    /* Bits: what the loads hang on that nothing has proven. Bits 0 to 7: specific force, angular velocity,
+     * odometry, tool wrench, actuator forces, ground, masses of payloads, which supports are on the ground; bit
+     * 8 + k: joint k of the machine. Without any, and without a doubt, the basis is proven. */
     uint64_t unproven;
     /* Bits, as in unproven: signals that failed visibly, such as a joint that jumped where it cannot have moved,
      * in this session or before. They are doubted until they are back, or somebody acknowledges them. */

@@ -9,6 +9,7 @@ use tipwatch_live::wire::opening::{Untimed, open_session};
 use tipwatch_live::wire::refusal::{Refusal, SessionRefused};
 use tipwatch_live::wire::session::{Session, StampClock};
 use tipwatch_live::wire::topics::{EVENT_ROW, Kind, WireSample, WireSession, WireVerdict};
+use tipwatch_mechanics::machine::{Proof, Proofs};
 use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::verdict::Level;
 
@@ -73,6 +74,15 @@ fn rows(
     machine: &Path,
     change: impl Fn(f64, WireSample) -> Option<WireSample>,
 ) -> Vec<(f64, WireVerdict)> {
+    rows_with(machine, Proofs::NONE, change)
+}
+
+/// The same of a machine whose commissioning has proven this.
+fn rows_with(
+    machine: &Path,
+    commissioned: Proofs,
+    mut change: impl FnMut(f64, WireSample) -> Option<WireSample>,
+) -> Vec<(f64, WireVerdict)> {
     let Opened {
         file,
         samples,
@@ -80,7 +90,8 @@ fn rows(
     } = opened(machine);
     let urdf = file.urdf(None, None).unwrap();
     let (machine, sensors) = session.machine(&file, &urdf).unwrap();
-    let mut monitor = Monitor::new(machine, &sensors, &session, START_NS);
+    let monitor = Monitor::new(machine, &sensors, &session, START_NS);
+    let mut monitor = monitor.commissioned(commissioned);
     let (mut found, mut sequence) = (Vec::new(), 0);
     for (sample, log_ns) in samples.samples() {
         let mut wire = WireSample::new(&sample, log_ns).unwrap();
@@ -228,6 +239,37 @@ fn a_lift_cylinder_whose_force_is_missing_leaves_the_loads_unknown() {
         "{unknown:?}"
     );
     assert!(of(3.6, 4.5).iter().all(|unknown| !unknown));
+}
+
+/// A scale, a force and a pressure that have stuck are not proven, though they were commissioned.
+// requirement: TW-VERDICT-28
+#[test]
+fn what_weighs_a_payload_is_not_proven_before_it_has_changed() {
+    let folder = tempfile::tempdir().unwrap();
+    let is_open = |verdict: &WireVerdict| verdict.verdict().unproven.has(Proof::Payload);
+    for (force, mass, signals) in [
+        ("", SCALE, 1),
+        (FORCE, "\"estimate\"", 1),
+        (PRESSURES, "\"estimate\"", 2),
+    ] {
+        let machine = with_payload(folder.path(), force, mass);
+        let open_in_the_end = |stuck: Option<u32>| {
+            let mut first = None;
+            let rows = rows_with(&machine, Proofs::ALL, |_, mut wire| {
+                if stuck == Some(wire.stream) {
+                    wire.values[0] = *first.get_or_insert(wire.values[0]);
+                }
+                Some(wire)
+            });
+            is_open(&rows.last().unwrap().1)
+        };
+        assert!(!open_in_the_end(None), "{force}");
+        for signal in 0..signals {
+            assert!(open_in_the_end(Some(signal)), "{force} {signal}");
+        }
+        let nobody = rows(&machine, |_, wire| Some(wire));
+        assert!(is_open(&nobody.last().unwrap().1), "{force}");
+    }
 }
 
 #[test]

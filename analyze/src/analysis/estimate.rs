@@ -8,7 +8,7 @@ use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
 use tipwatch_mechanics::estimation::plausibility::{Explanation, FaultSpan, FaultSpans};
 use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, RowClock, ShownNoise};
-use tipwatch_mechanics::machine::{FaultKind, Machine, SessionProofs};
+use tipwatch_mechanics::machine::{FaultKind, Machine, Proof, SessionProofs};
 use tipwatch_mechanics::state::{Reason, SampleError, Sensor, StreamCounts};
 use tipwatch_mechanics::studies::measured_loads::{LoadWatch, measures_supports};
 use tipwatch_mechanics::studies::payload_watch::PayloadWatch;
@@ -219,6 +219,13 @@ fn states_of_all_rows(
 fn smoothed(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, SignalQuality)> {
     let machine = &loaded.machine;
     let smoother = block_smoother(loaded, clock)?;
+    let mut shown = smoother.shown();
+    // it takes no samples of payloads
+    let payloads = loaded.beside.iter();
+    let mut payloads = payloads.filter(|it| matches!(it.sensor, Sensor::Payload(_)));
+    if payloads.any(|it| !it.recording.has_changed()) {
+        shown.unchanged.add(Proof::Payload);
+    }
     let quality = SignalQuality {
         counts: smoother.counts().collect(),
         faults: smoother.faults().to_vec(),
@@ -227,7 +234,7 @@ fn smoothed(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, Signa
         turning: Vec::new(),
         rotating: Vec::new(),
         // each row knows the whole log
-        shown: vec![(i64::MIN, smoother.shown())],
+        shown: vec![(i64::MIN, shown)],
         reversed: smoother.reversed().to_vec(),
         commands: Vec::new(),
     };

@@ -237,6 +237,15 @@ impl Recording {
         self.samples = Arc::default();
     }
 
+    /// Whether its first number has shown two finite values.
+    pub(crate) fn has_changed(&self) -> bool {
+        let mut reader = self.reader();
+        let numbers = (0..self.len()).map(|index| reader.sample(index)[0]);
+        let mut numbers = numbers.filter(|number| number.is_finite());
+        let first = numbers.next();
+        numbers.any(|number| Some(number) != first)
+    }
+
     /// Reads samples one at a time.
     #[must_use]
     pub fn reader(&self) -> SampleReader<'_> {

@@ -72,7 +72,7 @@ pub(super) enum Subject {
     Travel,
     OdometryTurning,
     Attitude,
-    /// Force on the tool or of an actuator.
+    /// Force on the tool or of an actuator, mass of a payload, or which supports are on the ground.
     Reaction,
 }
 

@@ -21,6 +21,8 @@ const READS: &str =
 
 const PULLS: &str = "With a known load on the tool, and with a known pull sideways, does the measured force have that size, and does it point as the frame of the sensor in the machine file says?";
 const PUSHES: &str = "With the load of this actuator measured otherwise (weighed wheels, or a known load), does its force have that size, positive when it pushes the rod out?";
+const WEIGHS: &str = "With a known load taken up, and again with it set down, do the signals of this payload tell its mass, directly or by the force that lifts it?";
+const TELLS: &str = "When this support was set and raised, each time with the others as they were, did its signal tell so both times?";
 
 /// A property of a signal, what shows it, and what else could be the case.
 #[derive(Debug)]
@@ -74,18 +76,28 @@ pub(super) fn questions(setting: &Setting<'_>) -> Vec<Question> {
     all
 }
 
-/// Measured forces. No motion without a known load shows them: what they do to the platform is what the masses do, too.
+/// Measured forces, masses of payloads, and supports. No motion without a known load shows the first two: what they do to the
+/// platform is what the masses do, too; and a support that bears little leaves the platform where it is.
 fn forces(setting: &Setting<'_>) -> Vec<Question> {
-    let question = |key: String, signal: String, motion: &str, asks| Question {
+    let told = |key: String, signal: String, property, motion: &str, asks| Question {
         key,
         signal,
-        property: "size, sign and axes of the force",
+        property,
         subject: Subject::Reaction,
         // No comparison of this recording shows it.
         needed: vec![Vec::new()],
         alternatives: Vec::new(),
         motion: motion.into(),
         asks: Some(asks),
+    };
+    let question = |key, signal, motion: &str, asks| {
+        told(
+            key,
+            signal,
+            "size, sign and axes of the force",
+            motion,
+            asks,
+        )
     };
     let mut all = Vec::new();
     if setting.sensors.tool_wrench {
@@ -111,6 +123,29 @@ fn forces(setting: &Setting<'_>) -> Vec<Question> {
             format!("force of actuator {name}"),
             "stand, and compare the measured force with that by weighed wheels or a known load",
             PUSHES,
+        ));
+    }
+    for payload in setting
+        .machine
+        .payloads_by_signals()
+        .map(|payload| payload + 1)
+    {
+        all.push(told(
+            format!("payload.{payload}"),
+            format!("signals of payload {payload}"),
+            "size of the mass",
+            "stand, take a known load up, hold it, and set it down; compare the mass that is told with it both times",
+            WEIGHS,
+        ));
+    }
+    for support in setting.machine.supports().told_by_signals() {
+        let name = &setting.machine.supports().support(support).name;
+        all.push(told(
+            format!("support.{name}"),
+            format!("signal of support {name}"),
+            "whether it is on the ground",
+            "set this support alone and raise it again; compare what its signal tells both times",
+            TELLS,
         ));
     }
     all

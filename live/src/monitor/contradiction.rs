@@ -54,8 +54,9 @@ pub fn overrules(
     if begins > Timestamp::now() {
         return Err(Stands::DriveAhead(begins));
     }
-    let mut open = needed.without(commissioning.proven(machine));
-    open.add_all(needed.shared_with(of_shared_places(machine.joints().len())));
+    let shared = of_shared_places(machine.joints().len());
+    let open = needed.without(commissioning.proven(machine));
+    let mut open = open.with(needed.shared_with(shared));
     // no drive shows the ground that comes
     open.remove(Proof::Ground);
     match open.is_empty() {

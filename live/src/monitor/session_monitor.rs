@@ -199,7 +199,7 @@ impl Monitor {
 
     /// An operator trusts these signals as they are now.
     pub fn trust(&mut self, signals: Proofs) {
-        self.trusted.add_all(signals);
+        self.trusted = self.trusted.with(signals);
     }
 
     /// An operator has acknowledged the latched alarm.
@@ -284,10 +284,9 @@ impl Monitor {
 
     /// What is not proven of what the loads hang on. Of joints that share a place it is not known which was proven.
     fn unproven(&self, shown: SessionProofs) -> Proofs {
-        let mut unproven = shown.unproven(self.needed, self.commissioned);
         let shared = of_shared_places(self.machine.joints().len());
-        unproven.add_all(self.needed.shared_with(shared));
-        unproven
+        let unproven = shown.unproven(self.needed, self.commissioned);
+        unproven.with(self.needed.shared_with(shared))
     }
 
     /// Ends a cycle, after all samples that waited: publishes a verdict that has become worse, and at least

@@ -99,7 +99,7 @@ wire! {
         pub log_time_ns: i64,
         /// Kind of sensor: 1 joints, 2 IMU, 3 odometry, 4 tool wrench, 5 end of the session, 6 actuator
         /// signal, 7 signal that tells whether supports are set or raised, 8 load sensor, 9 rate that
-        /// is asked of a joint.
+        /// is asked of a joint, 10 signal that tells the mass of a payload.
         pub kind: u32,
         /// Index of the stream among those of its kind.
         pub stream: u32,
@@ -263,9 +263,9 @@ macro_rules! verdict_message {
                 pub alarm_sequence: u64,
                 /// The announced session that the monitor refuses; 0 if none.
                 pub refused_session: u64,
-                /// Bits: what the loads hang on that nothing has proven. Bits 0 to 5: specific force, angular velocity,
-                /// odometry, tool wrench, actuator forces, ground; bit 8 + k: joint k of the machine. Without any, and without
-                /// a doubt, the basis is proven.
+                /// Bits: what the loads hang on that nothing has proven. Bits 0 to 7: specific force, angular velocity,
+                /// odometry, tool wrench, actuator forces, ground, masses of payloads, which supports are on the ground; bit
+                /// 8 + k: joint k of the machine. Without any, and without a doubt, the basis is proven.
                 pub unproven: u64,
                 /// Bits, as in unproven: signals that failed visibly, such as a joint that jumped where it cannot have moved,
                 /// in this session or before. They are doubted until they are back, or somebody acknowledges them.

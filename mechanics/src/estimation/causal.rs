@@ -214,7 +214,7 @@ impl CausalEstimator {
             None => Ok(()),
         };
         if matches!(sample.sensor, Sensor::Switch(_)) {
-            self.plausibility.forget_findings();
+            self.plausibility.pass(sample);
             return match self.sensors.value_count(sample.sensor) {
                 Some(count) if count == sample.values.len() => told,
                 _ => Err(SampleError::UnknownSensor),
@@ -227,7 +227,7 @@ impl CausalEstimator {
             _ => None,
         };
         if let Some(last) = beside {
-            self.plausibility.forget_findings();
+            self.plausibility.pass(sample);
             return last.ok_or(SampleError::UnknownSensor)?.take(sample);
         }
         let mut measured = std::mem::take(&mut self.measured);

@@ -13,7 +13,7 @@ use super::joint_command::JointCommand;
 use super::linkage::{Linkage, LinkageInput};
 use super::load_sensor::LoadSensor;
 use super::note::Note;
-use super::payload_signal::PayloadSignal;
+use super::payload_signal::{Lift, PayloadSignal};
 use super::plausibility_spec::PlausibilitySpec;
 use super::prediction_spec::PredictionSpec;
 use super::quasi_static::QuasiStaticSpec;
@@ -328,6 +328,15 @@ impl Machine {
     #[must_use]
     pub fn prediction(&self) -> &PredictionSpec {
         &self.prediction
+    }
+
+    /// The payloads of which [`Self::payload_signals`] tell, by index.
+    pub fn payloads_by_signals(&self) -> impl Iterator<Item = usize> + '_ {
+        let by_force = |lift: &Lift| !lift.signals.is_empty();
+        let payloads = self.payloads.iter().enumerate();
+        let told = payloads
+            .filter(move |(_, it)| it.signal.is_some() || it.lift.as_ref().is_some_and(by_force));
+        told.map(|(payload, _)| payload)
     }
 
     /// Whether `body` is `carrier` or in its distal subtree.

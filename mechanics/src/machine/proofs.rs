@@ -17,12 +17,16 @@ pub enum Proof {
     ActuatorForces,
     /// How the ground lies under a frame that equilibrium leaves open: it is unknown, so the split of the load is assumed.
     Ground,
+    /// That signals tell the masses of payloads: by a scale, or by the force of what lifts them.
+    Payload,
+    /// That signals tell which supports are on the ground.
+    Supports,
     /// Sign, order and scale of the joint with this index, and that its encoder follows it.
     Joint(usize),
 }
 
 /// Number of proofs that are not of a joint, and places that are kept for them.
-const OTHERS: usize = 6;
+const OTHERS: usize = 8;
 const FIRST_JOINT: u32 = 8;
 /// The place of all joints that have none of their own.
 const LAST_PLACE: u32 = u64::BITS - 1;
@@ -36,6 +40,8 @@ impl Proof {
         Self::ToolWrench,
         Self::ActuatorForces,
         Self::Ground,
+        Self::Payload,
+        Self::Supports,
     ];
 
     /// All proofs of a machine with so many joints, in order.
@@ -54,6 +60,8 @@ impl Proof {
             Self::ToolWrench => 3,
             Self::ActuatorForces => 4,
             Self::Ground => 5,
+            Self::Payload => 6,
+            Self::Supports => 7,
             Self::Joint(joint) => {
                 let joint = u32::try_from(joint).unwrap_or(u32::MAX);
                 joint.saturating_add(FIRST_JOINT)
@@ -86,6 +94,8 @@ impl Proof {
             Self::ToolWrench => "tool_wrench",
             Self::ActuatorForces => "actuator_forces",
             Self::Ground => "ground",
+            Self::Payload => "payload",
+            Self::Supports => "supports",
             Self::Joint(_) => "joint",
         }
     }
@@ -111,14 +121,20 @@ impl Proof {
                 "drive a circle; stand, and move single joints that lean the machine sideways and lengthways".into()
             }
             Self::Odometry => "drive forward and brake firmly, and drive circles".into(),
-            Self::ToolWrench => "take a known load with the tool (commission)".into(),
-            Self::ActuatorForces => "compare with weighed wheels or a known load (commission)".into(),
+            Self::ToolWrench => "take a known load with the tool (commission), and any in each session".into(),
+            Self::ActuatorForces => {
+                "compare with weighed wheels or a known load (commission), and move what they carry in each session".into()
+            }
+            Self::Payload => {
+                "take a known load up and set it down (commission), and any in each session; state what no signal tells".into()
+            }
+            Self::Supports => "set and raise each support, and compare what is read (commission)".into(),
             Self::Ground => {
                 "state contact.ground = \"plane\" in the machine file where it is, or measure loads".into()
             }
             Self::Joint(index) => format!(
-                "stand, and move {} alone by a good part of its range; if it is commissioned, move it at all: it has not changed \
-                 since the session began",
+                "stand, and move {} alone by a good part of its range; if it is commissioned, it has not changed since the session \
+                 began, or the motion speaks against it",
                 joint(index)
             ),
         }
@@ -145,9 +161,10 @@ impl Proofs {
         self.0 &= !(1 << proof.place());
     }
 
-    /// Adds every proof of another set.
-    pub fn add_all(&mut self, others: Self) {
-        self.0 |= others.0;
+    /// The set with every proof of another one.
+    #[must_use]
+    pub fn with(self, others: Self) -> Self {
+        Self(self.0 | others.0)
     }
 
     /// The set without every proof of another one.
@@ -206,9 +223,12 @@ impl Proofs {
 pub struct SessionProofs {
     /// Proven by the motion.
     pub proven: Proofs,
-    /// Joints and parts of the IMU that have shown one value only since the first sample. So reads an encoder that stopped before, or
+    /// Signals that have shown one value only since the first sample, but for switches. So reads an encoder that stopped before, or
     /// that nobody reads: whatever a commissioning has proven of it, this session has not shown that it is measured.
     pub unchanged: Proofs,
+    /// What the motion makes unlikely, without contradicting it for sure: whatever a commissioning has proven of it before, its sensors
+    /// may be others since.
+    pub disputed: Proofs,
     /// Joints whose position is exactly zero.
     pub at_zero: Proofs,
 }
@@ -218,15 +238,17 @@ impl SessionProofs {
     pub const NONE: Self = Self {
         proven: Proofs::NONE,
         unchanged: Proofs::NONE,
+        disputed: Proofs::NONE,
         at_zero: Proofs::NONE,
     };
 
     /// What is not proven of what the loads hang on, beside a commissioning that has proven this.
     #[must_use]
     pub fn unproven(self, needed: Proofs, commissioned: Proofs) -> Proofs {
-        let mut unproven = needed.without(commissioned).without(self.proven);
-        unproven.add_all(needed.shared_with(self.unchanged));
+        let unproven = needed.without(commissioned).without(self.proven);
         unproven
+            .with(needed.shared_with(self.unchanged))
+            .with(self.disputed)
     }
 }
 
@@ -261,7 +283,6 @@ mod tests {
         ] {
             assert_eq!(Proof::from_number(proof.number()), Some(proof));
         }
-        assert_eq!(Proof::from_number(FIRST_JOINT - 1), None);
         let mut places: Vec<u32> = Proof::OTHERS.map(Proof::place).into();
         places.dedup();
         assert_eq!(places.len(), OTHERS);
@@ -279,6 +300,10 @@ mod tests {
         assert_eq!(session.unproven(joints, Proofs::NONE), Proofs::NONE);
         session.unchanged = [Proof::Joint(2)].into_iter().collect();
         assert_eq!(session.unproven(joints, joints), session.unchanged);
+        session.unchanged = Proofs::NONE;
+        session.disputed = [Proof::Joint(1)].into_iter().collect();
+        assert_eq!(session.unproven(joints, joints), session.disputed);
+        session.disputed = Proofs::NONE;
         // on which no load hangs: a wheel that does not spin
         session.unchanged = wheel;
         assert_eq!(session.unproven(joints, joints), Proofs::NONE);

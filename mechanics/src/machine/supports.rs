@@ -129,6 +129,13 @@ impl Supports {
         self.ids().filter(is_named).collect()
     }
 
+    /// The supports of which [`Self::switches`] tell.
+    pub fn told_by_signals(&self) -> impl Iterator<Item = SupportId> + '_ {
+        self.switches
+            .iter()
+            .flat_map(|switch| switch.supports.iter().copied())
+    }
+
     /// A support.
     #[must_use]
     pub fn support(&self, id: SupportId) -> &Wheel {

@@ -39,6 +39,13 @@ impl Machine {
         if !sensors.actuators.is_empty() {
             needed.add(Proof::ActuatorForces);
         }
+        // a mass may be wrong by all that the machine can lift, and other supports are another machine
+        if !sensors.payload_signals.is_empty() {
+            needed.add(Proof::Payload);
+        }
+        if sensors.switches > 0 {
+            needed.add(Proof::Supports);
+        }
         // of supports that come and go each set is another machine
         let mut trial = (!self.supports().vary()).then(|| Trial::of(self));
         if trial.as_mut().is_none_or(Trial::assumes_ground) {

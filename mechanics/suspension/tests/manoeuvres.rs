@@ -257,6 +257,21 @@ impl Manoeuvre {
         manoeuvre
     }
 
+    /// The machine stands in the posture of the first row but for its slew (rad), the rods at a stroke (m).
+    pub(crate) fn still(mut self, machine: &Machine, slew: f64, rods: f64) -> Self {
+        let mut state = State::zero(machine);
+        self.states.get(0, &mut state);
+        for (motion, joint) in state.joints.iter_mut().zip(machine.joints()) {
+            *motion = Motion::at_rest(match joint.name.as_str() {
+                "suspension_right" | "suspension_left" => rods,
+                "slew" => slew,
+                _ => motion.position,
+            });
+        }
+        (0..self.times_ns.len()).for_each(|row| self.states.set(row, &mut state));
+        self
+    }
+
     pub(crate) fn compared(&self, machine: &Machine, motion: &SuspensionMotion) -> Comparison {
         let rows = RecordedRows {
             times_ns: &self.times_ns,

@@ -291,6 +291,53 @@ fn a_swing_of_the_platform_is_not_fed() {
     }
 }
 
+/// On a machine that stands steady the rods go where the loads are most alike, here to one end of their stroke or the other, and
+/// stay: begun there, where nothing is to be gained, they do not move from the first step on.
+#[test]
+fn rods_stand_still_where_nothing_is_to_be_gained() {
+    let machine = machine();
+    let (mut gained, mut ends) = (0.0, [0, 0]);
+    for (slew, mode) in [0.0, 1.6, 3.1]
+        .into_iter()
+        .flat_map(|slew| [ControlMode::LookAhead, ControlMode::OneStep].map(|mode| (slew, mode)))
+    {
+        let control = settings(mode, false);
+        let from = |rods: f64| {
+            let reaching = Manoeuvre::standing(&machine, rods, [1.0, 0.0]);
+            reaching
+                .still(&machine, slew, rods)
+                .ideal(&machine, &control)
+        };
+        for begin in [-0.18, -0.03] {
+            let (mut at, mut runs) = (begin, 0);
+            let still = loop {
+                let run = from(at);
+                let [there, _] = *run.rod.last().unwrap();
+                let [[_, before], [_, after]] = [run.spread[0], *run.spread.last().unwrap()];
+                gained += before - after;
+                if (there - at).abs() < 1e-4 {
+                    break run;
+                }
+                (at, runs) = (there, runs + 1);
+                assert!(runs < 16, "{slew} {mode:?}: still moving at {there}");
+            };
+            let moved = still.rod.iter().map(|[x, _]| (x - at).abs());
+            let fastest = still.rod.iter().map(|[_, v]| v.abs());
+            let [moved, fastest] = [moved.fold(0.0, f64::max), fastest.fold(0.0, f64::max)];
+            println!(
+                "{slew} {mode:?}: from {begin} to {at:.4} m, then {moved:.6} m, {fastest:.6} m/s"
+            );
+            assert!(moved < 2e-4 && fastest < 1e-3, "{at} {moved} {fastest}");
+            ends[usize::from(at < -0.1)] += 1;
+        }
+    }
+    // a control that never moves stands still, too
+    assert!(
+        gained > 1000.0 && ends.iter().all(|it| *it > 0),
+        "{gained} {ends:?}"
+    );
+}
+
 /// Nor do the rods set a platform swinging that stood still, by braking and letting go again. With tyres of any stiffness
 /// the spread of the loads is never higher than the largest of locked rods, and light wheels keep what they had.
 #[test]

@@ -277,6 +277,17 @@ impl Commissioning {
                 joints.all(|joint| has(&key(joint.name(machine.linkages()))))
                     && are_shown("actuator.")
             }
+            Proof::Payload => {
+                let mut payloads = machine.payloads_by_signals();
+                payloads.all(|payload| has(&format!("payload.{}", payload + 1)))
+                    && are_shown("payload.")
+            }
+            Proof::Supports => {
+                let supports = machine.supports();
+                let mut told = supports.told_by_signals();
+                told.all(|it| has(&format!("support.{}", supports.support(it).name)))
+                    && are_shown("support.")
+            }
             // no motion shows the ground that comes
             Proof::Ground => false,
             Proof::Joint(joint) => {

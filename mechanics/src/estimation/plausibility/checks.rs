@@ -135,6 +135,7 @@ impl Plausibility {
         SessionProofs {
             proven: self.relations.proven(),
             unchanged: self.signals.unchanged(),
+            disputed: self.relations.disputed(),
             at_zero: self.signals.at_zero(),
         }
     }
@@ -151,9 +152,10 @@ impl Plausibility {
         self.findings.iter().any(Finding::lacks_a_value)
     }
 
-    /// Forgets what was found in the last sample: the next one is not checked.
-    pub(in crate::estimation) fn forget_findings(&mut self) {
+    /// Takes a sample of which the state is not estimated: nothing is found in it.
+    pub(in crate::estimation) fn pass(&mut self, sample: &Sample<'_>) {
         self.findings.clear();
+        self.signals.follow_number(sample);
     }
 
     /// Checks a sample; [`Self::findings`] returns the faults found.

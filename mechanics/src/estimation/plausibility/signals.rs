@@ -56,6 +56,8 @@ pub(in crate::estimation) struct SignalChecks {
     tool: [VectorWatch; 2],
     /// By signal.
     actuators: Vec<VectorWatch>,
+    /// By signal of [`Machine::payload_signals`]: its first finite value, and whether another one has followed.
+    payloads: Vec<(Option<f64>, bool)>,
     motion: Motion,
 }
 
@@ -154,6 +156,7 @@ impl SignalChecks {
                     VectorWatch::new(ACTUATOR_WEIGHTS * weight / factor, None)
                 })
                 .collect(),
+            payloads: vec![(None, false); machine.payload_signals().len()],
             motion: Motion::default(),
             sensors: sensors.clone(),
         }
@@ -188,9 +191,21 @@ impl SignalChecks {
             Sensor::Actuator(signal) => self.check_actuator(signal, sample, findings),
             // a number without a scale, which may jump
             Sensor::Switch(_) | Sensor::Load(_) | Sensor::Command(_) | Sensor::Payload(_) => {
+                self.follow_number(sample);
                 Sound::default()
             }
         })
+    }
+
+    /// Follows whether a signal of payloads is measured. Nothing else is known of a number without a scale.
+    pub(super) fn follow_number(&mut self, sample: &Sample<'_>) {
+        if let Sensor::Payload(signal) = sample.sensor
+            && let Some((first, has_changed)) = self.payloads.get_mut(signal)
+            && let [value] = *sample.values
+            && value.is_finite()
+        {
+            *has_changed |= *first.get_or_insert(value) != value;
+        }
     }
 
     /// The joints that have stopped to be measured.
@@ -256,20 +271,34 @@ impl SignalChecks {
         streams.flat_map(|(watches, stream)| watches.iter().zip(stream.joints.iter().copied()))
     }
 
-    /// The joints and parts of the IMU that have shown one value only so far.
+    /// The signals that have shown one value only so far. A switch does so rightly, and a standing machine's odometry.
     pub(in crate::estimation) fn unchanged(&self) -> Proofs {
         let of_imu = [
             (&self.force, Proof::SpecificForce),
             (&self.turning, Proof::AngularVelocity),
         ];
-        let of_imu = of_imu.into_iter().filter(|(watch, _)| !watch.has_changed());
-        let joints = self
-            .watched_joints()
-            .filter(|(watch, _)| !watch.has_changed());
-        joints
-            .map(|(_, joint)| Proof::Joint(joint))
-            .chain(of_imu.map(|(_, proof)| proof).filter(|_| self.sensors.imu))
-            .collect()
+        let of_imu = of_imu.into_iter().filter(|_| self.sensors.imu);
+        let of_tool = Some((&self.tool[0], Proof::ToolWrench)).filter(|_| self.sensors.tool_wrench);
+        let of_actuators = self
+            .actuators
+            .iter()
+            .map(|watch| (watch, Proof::ActuatorForces));
+        let vectors = of_imu.chain(of_tool).chain(of_actuators);
+        let vectors = vectors.map(|(watch, proof)| (watch.has_changed(), proof));
+        let joints = self.watched_joints();
+        let joints = joints.map(|(watch, joint)| (watch.has_changed(), Proof::Joint(joint)));
+        let payloads = self
+            .sensors
+            .payload_signals
+            .iter()
+            .filter_map(|&signal| self.payloads.get(signal));
+        let payloads =
+            payloads.map(|(first, has_changed)| (*has_changed || first.is_none(), Proof::Payload));
+        let unchanged = joints
+            .chain(vectors)
+            .chain(payloads)
+            .filter(|(has_changed, _)| !has_changed);
+        unchanged.map(|(_, proof)| proof).collect()
     }
 
     /// The joints whose position is exactly zero.

@@ -64,6 +64,7 @@ pub(super) fn find_faults<S: SampleSource>(
             return Ok(Searched {
                 shown: SessionProofs {
                     proven: compared.relations.proven(),
+                    disputed: compared.relations.disputed(),
                     unchanged: checked.checks.unchanged(),
                     at_zero: checked.checks.at_zero(),
                 },

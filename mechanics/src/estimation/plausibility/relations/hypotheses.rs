@@ -121,6 +121,12 @@ impl Hypotheses {
         alternatives.map(|it| (it.explanation, it.evidence.value))
     }
 
+    /// Whether an alternative of this probability beforehand is the more likely one by now.
+    pub(super) fn is_disputed(&self, beforehand: f64) -> bool {
+        let mut alternatives = self.alternatives.iter();
+        alternatives.any(|it| it.evidence.disputes(beforehand))
+    }
+
     /// What the windows say against an alternative.
     pub(super) fn against(&self, explanation: Explanation) -> f64 {
         let mut alternatives = self.alternatives.iter();

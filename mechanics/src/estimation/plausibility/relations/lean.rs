@@ -480,29 +480,55 @@ impl LeanRelation {
         alternatives.map(|it| (it.explanation, it.evidence.value))
     }
 
-    /// What the motion on all wheels has proven: joints of which it has refuted every alternative, and whether it has those of the
-    /// gyro about x and y.
-    pub(super) fn proven(&self) -> (Proofs, bool) {
-        let mut joints: Proofs = self.arm.iter().copied().map(Proof::Joint).collect();
-        let mut is_gyro_proven = true;
-        for it in (self.alternatives.iter()).filter(|it| !it.evidence.is_refuted()) {
-            match it.explanation {
-                Explanation::JointSign(joint)
-                | Explanation::JointStopped(joint)
-                | Explanation::JointScale(joint, _) => joints.remove(Proof::Joint(joint)),
-                Explanation::JointsExchanged(a, b) => {
-                    joints.remove(Proof::Joint(a));
-                    joints.remove(Proof::Joint(b));
-                }
-                Explanation::Sign(_)
-                | Explanation::HalfTurn(_)
-                | Explanation::Exchanged(..)
-                | Explanation::Stopped => is_gyro_proven = false,
-                // what else there may be is no error of one signal
-                _ => {}
-            }
+    /// What the motion on all wheels has proven: every alternative about it is refuted.
+    pub(super) fn proven(&self) -> Proofs {
+        let open = self.alternatives.iter().filter(|it| {
+            // what else there may be is no error of one signal, and an offset is weighed where something suggests it
+            let is_asked = !matches!(
+                it.explanation,
+                Explanation::Other | Explanation::JointOffset(_)
+            );
+            is_asked && !it.evidence.is_refuted()
+        });
+        let open = open.map(|it| self.signals_of(it.explanation));
+        open.fold(self.signals_of(Explanation::Other), Proofs::without)
+    }
+
+    /// What an alternative is about that is the more likely one by now, against [`BEFOREHAND`].
+    pub(super) fn disputed(&self) -> Proofs {
+        let likely = self.alternatives.iter().filter(|it| {
+            let beforehand = match it.explanation {
+                Explanation::UnstatedLoad => LOADED_BEFOREHAND,
+                _ => BEFOREHAND,
+            };
+            it.evidence.disputes(beforehand)
+        });
+        let signals = likely.map(|it| self.signals_of(it.explanation));
+        signals.fold(Proofs::NONE, Proofs::with)
+    }
+
+    /// What an alternative is about.
+    fn signals_of(&self, explanation: Explanation) -> Proofs {
+        let joints = |joints: &[usize]| joints.iter().copied().map(Proof::Joint).collect();
+        let mut signals: Proofs = match explanation {
+            Explanation::JointSign(joint)
+            | Explanation::JointStopped(joint)
+            | Explanation::JointScale(joint, _)
+            | Explanation::JointOffset(joint) => joints(&[joint]),
+            Explanation::JointsExchanged(a, b) => joints(&[a, b]),
+            Explanation::Other => joints(&self.arm),
+            _ => Proofs::NONE,
+        };
+        match explanation {
+            Explanation::UnstatedLoad => signals.add(Proof::Payload),
+            Explanation::Sign(_)
+            | Explanation::HalfTurn(_)
+            | Explanation::Exchanged(..)
+            | Explanation::Stopped
+            | Explanation::Other => signals.add(Proof::AngularVelocity),
+            _ => {}
         }
-        (joints, is_gyro_proven)
+        signals
     }
 
     /// The best of the alternatives that stand. A load explains as well as a sensor: the sensor is named only where it explains

@@ -72,6 +72,8 @@ pub(super) struct Evidence {
     pub(super) sum: f64,
     /// Over all windows.
     pub(super) total: f64,
+    /// The value as if nothing were forgotten.
+    remembered: f64,
     /// The same for "all sensors are sound" against it, and whether that has exceeded the threshold.
     against: f64,
     is_refuted: bool,
@@ -90,7 +92,9 @@ impl Evidence {
         }
         self.sum += ratio;
         self.total += ratio;
-        self.value = (self.value + ratio).clamp(0.0, LARGEST * threshold);
+        let largest = LARGEST * threshold;
+        self.value = (self.value + ratio).clamp(0.0, largest);
+        self.remembered = (self.remembered + ratio).clamp(0.0, largest);
         self.stands = self.value
             > if self.stands {
                 CLEARED * threshold
@@ -98,7 +102,7 @@ impl Evidence {
                 threshold
             };
         self.has_stood |= self.stands;
-        self.against = (self.against - ratio).clamp(0.0, LARGEST * threshold);
+        self.against = (self.against - ratio).clamp(0.0, largest);
         self.is_refuted |= self.against > threshold;
     }
 
@@ -119,6 +123,12 @@ impl Evidence {
     /// What the windows say against it.
     pub(super) fn against(&self) -> f64 {
         self.against
+    }
+
+    /// Whether the windows have made an alternative of this probability beforehand the more likely one. A hole changes nothing in
+    /// that: only windows do that speak against it.
+    pub(super) fn disputes(&self, beforehand: f64) -> bool {
+        self.remembered > -beforehand.ln()
     }
 
     /// Whether it exceeds the threshold, or did and has not been refuted since.

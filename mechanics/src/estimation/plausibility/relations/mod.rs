@@ -88,8 +88,9 @@ pub(in crate::estimation) struct Relations {
     /// By stream: its joints.
     joints: Vec<Vec<usize>>,
     threshold: f64,
-    /// What the windows so far have proven.
+    /// What the windows so far have proven, and what they make unlikely.
     proven: Proofs,
+    disputed: Proofs,
 }
 
 impl Relations {
@@ -124,6 +125,7 @@ impl Relations {
             joints: streams.map(|stream| stream.joints.clone()).collect(),
             threshold,
             proven: Proofs::NONE,
+            disputed: Proofs::NONE,
         }
     }
 
@@ -357,16 +359,31 @@ impl Relations {
         (self.lean.as_ref()).map_or_else(untested, |lean| lean.reversed(refuted))
     }
 
+    /// What the motion so far makes unlikely, without refuting it: an alternative is more likely by now, although one in a hundred
+    /// sensors is wired so.
+    pub(in crate::estimation) fn disputed(&self) -> Proofs {
+        self.disputed
+    }
+
     fn prove(&mut self) {
-        let Some(lean) = &self.lean else {
-            return;
-        };
-        let (mut proven, is_gyro_proven) = lean.proven();
+        let lean = self.lean.as_ref();
+        self.proven = lean.map_or(Proofs::NONE, LeanRelation::proven);
         // An attitude may stand in the same housing: what turns with it proves nothing.
-        if is_gyro_proven && self.turns.iter().any(TurnRelation::is_proven) {
-            proven.add(Proof::AngularVelocity);
+        if !self.turns.iter().any(TurnRelation::is_proven) {
+            self.proven.remove(Proof::AngularVelocity);
         }
-        self.proven = proven;
+        self.disputed = lean.map_or(Proofs::NONE, LeanRelation::disputed);
+        // the attitude of an IMU is that of its housing
+        let is_force = self.force.is_disputed(BEFOREHAND) || self.tilt.is_disputed(BEFOREHAND);
+        let is_turning = self.rotation.is_disputed(BEFOREHAND);
+        for (is_disputed, signal) in [
+            (is_force, Proof::SpecificForce),
+            (is_turning, Proof::AngularVelocity),
+        ] {
+            if is_disputed {
+                self.disputed.add(signal);
+            }
+        }
     }
 }
 

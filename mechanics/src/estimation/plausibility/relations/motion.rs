@@ -125,6 +125,11 @@ impl RotationRelation {
         self.inclination.evidence().chain(self.heading.evidence())
     }
 
+    /// Whether an alternative of this probability beforehand is the more likely one; a compass near a steel arm shows none.
+    pub(super) fn is_disputed(&self, beforehand: f64) -> bool {
+        self.inclination.is_disputed(beforehand)
+    }
+
     pub(super) fn standing(&self) -> Standing {
         self.inclination.standing().or(self.heading.standing())
     }
@@ -297,6 +302,14 @@ impl SpecificForceRelation {
         match self.uses_wheels {
             true => self.by_wheels.evidence(),
             false => self.by_odometry.evidence(),
+        }
+    }
+
+    /// Whether an alternative of this probability beforehand is the more likely one by now.
+    pub(super) fn is_disputed(&self, beforehand: f64) -> bool {
+        match self.uses_wheels {
+            true => self.by_wheels.is_disputed(beforehand),
+            false => self.by_odometry.is_disputed(beforehand),
         }
     }
 

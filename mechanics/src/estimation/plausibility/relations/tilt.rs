@@ -74,6 +74,11 @@ impl TiltRelation {
         self.hypotheses.evidence()
     }
 
+    /// Whether an alternative of this probability beforehand is the more likely one by now.
+    pub(super) fn is_disputed(&self, beforehand: f64) -> bool {
+        self.hypotheses.is_disputed(beforehand)
+    }
+
     pub(super) fn standing(&self) -> Standing {
         self.hypotheses.standing()
     }
