@@ -26,9 +26,10 @@ const ROUNDING_S: f64 = 0.03;
 const PASSAGE_S: f64 = 0.02;
 /// The same of a rotation alone: the last tyre on the other side springs back before it leaves the ground (s).
 const ROTATION_S: f64 = 0.08;
-/// Rates of rotation are averaged over this time, and candidates of the onset are so far apart (s).
+/// Rates of rotation are averaged over this time, and candidates of the onset are so far apart (s); over more where there would be more
+/// than so many of them.
 const RATE_BIN_S: f64 = 0.02;
-const RATE_STEP_S: f64 = 0.02;
+const MOST_BINS: f64 = 300.0;
 /// How fast a platform on its wheels may rotate: standard deviations (rad/s), and for how long one way (s).
 const ROCKING_RATES: [f64; 6] = [0.001, 0.003, 0.008, 0.02, 0.05, 0.12];
 const ROCKING_S: [f64; 2] = [0.1, 0.3];
@@ -352,7 +353,9 @@ pub(super) fn until_level(curve: &Curve, onset: Onset, falls_s: f64, sigma_n: f6
 /// platform rocks adds to the standard deviation. `angle` is the rotation at a time since the platform stood on all wheels,
 /// of standard deviation `lean_rad` at the onset; infinite where unknown.
 pub(super) fn of_rates(rates: &Curve, angle: impl Fn(f64) -> f64, lean_rad: f64) -> Option<Onset> {
-    let binned = rates.binned(RATE_BIN_S);
+    let span_s = *rates.times_s.last()? - *rates.times_s.first()?;
+    let bin_s = RATE_BIN_S.max(span_s / MOST_BINS);
+    let binned = rates.binned(bin_s);
     let (first, last) = (*binned.times_s.first()?, *binned.times_s.last()?);
     let white =
         white_noise(rates) * (rates.times_s.len() as f64 / binned.times_s.len() as f64).recip();
@@ -369,7 +372,7 @@ pub(super) fn of_rates(rates: &Curve, angle: impl Fn(f64) -> f64, lean_rad: f64)
         })
         .collect();
     let mut weighed: Vec<(f64, f64, f64)> = Vec::new();
-    for t0 in candidates(first, last, RATE_STEP_S) {
+    for t0 in candidates(first, last, bin_s) {
         let since = |of: &dyn Fn(f64) -> f64| -> Vec<f64> {
             let times = binned.times_s.iter();
             times.map(|t| of((t - t0).max(0.0))).collect()

@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 
+use nalgebra::Vector3;
 use tipwatch_mechanics::estimation::rotation::{
     PlatformRotation, RotationSpell, RotationWitness, ShownUp,
 };
@@ -9,8 +10,13 @@ use tipwatch_mechanics::estimation::rotation::{
 use super::onset::{self, Curve, Onset};
 use super::turning::Turning;
 
-/// Time before the platform left its reference that the onset is searched in (ns).
+/// Time before the platform left its reference that the onset is searched in, and by which the search begins earlier while it finds
+/// an onset within so many seconds of where it begins (ns, s). A machine that balances on an edge falls slowly at first, and the reference
+/// of one whose wheels creep follows for long.
 const BEFORE_NS: i64 = 2_500_000_000;
+const AT_BEGINNING_S: f64 = 1.0;
+/// Time before the last sample that is kept while the platform does not rotate (ns).
+const KEPT_NS: i64 = 15_000_000_000;
 /// Time after the certain rotation that is kept point by point (ns).
 const AFTER_NS: i64 = 20_000_000_000;
 /// Rotation up to which the onset is fitted (rad).
@@ -192,7 +198,7 @@ impl RotationTrace {
             (Some(spell), None) => self.open = Some(*spell),
             (None, None) => {
                 while let Some(point) = self.recent.front()
-                    && stamp_ns.saturating_sub(point.at_ns) > 2 * BEFORE_NS
+                    && stamp_ns.saturating_sub(point.at_ns) > KEPT_NS
                 {
                     self.recent.pop_front();
                 }
@@ -233,23 +239,15 @@ impl RotationTrace {
     ) -> FoundRotation {
         let axis = watch.axis(spell.edge);
         let source = usize::from(!spell.witness.is_by_gyro());
-        let from_ns = spell.left_ns.saturating_sub(BEFORE_NS);
-        let points = points.into_iter().filter(|point| point.at_ns >= from_ns);
-        let shown: Vec<(i64, ShownUp)> = points
+        let mut shown: Vec<(i64, ShownUp)> = (points.into_iter())
             .filter_map(|point| Some((point.at_ns, point.shown[source]?)))
             .collect();
+        let from_ns = searched_from_ns(&shown, &axis, spell.left_ns);
+        shown.retain(|(at_ns, _)| *at_ns >= from_ns);
+        let rates = rates(&shown, &axis, from_ns, spell.left_ns);
         let seconds = |at_ns: i64| at_ns.saturating_sub(from_ns) as f64 * 1e-9;
-        let left = shown.partition_point(|(at_ns, _)| *at_ns < spell.left_ns);
-        let at_left = shown.get(left.min(shown.len().saturating_sub(1)));
         let rotation =
             |from: &ShownUp, to: &ShownUp| RotationSpell::rotation_between(&axis, &from.up, &to.up);
-        let mut rates = Curve::default();
-        for (at_ns, point) in &shown {
-            if at_left.is_some_and(|(_, at_left)| rotation(at_left, point) > FITTED_RAD) {
-                break;
-            }
-            rates.push(seconds(*at_ns), axis.dot(&point.rate));
-        }
         let fitted_s = rates.times_s.first().copied().zip(
             (shown.get(rates.times_s.len()).or(shown.last())).map(|(at_ns, _)| seconds(*at_ns)),
         );
@@ -333,6 +331,44 @@ impl RotationTrace {
             angles,
         }
     }
+}
+
+/// Rates of outward rotation about an axis from a time on (ns), up to where the onset of a rotation is fitted, of a platform that left its
+/// reference at another (ns).
+fn rates(shown: &[(i64, ShownUp)], axis: &Vector3<f64>, from_ns: i64, left_ns: i64) -> Curve {
+    let at_left = shown
+        .iter()
+        .find(|(at_ns, _)| *at_ns >= left_ns)
+        .or(shown.last());
+    let is_fitted = |(_, point): &&(i64, ShownUp)| {
+        at_left.is_none_or(|(_, left)| {
+            RotationSpell::rotation_between(axis, &left.up, &point.up) <= FITTED_RAD
+        })
+    };
+    let from = shown.partition_point(|(at_ns, _)| *at_ns < from_ns);
+    let mut rates = Curve::default();
+    for (at_ns, point) in shown[from..].iter().take_while(is_fitted) {
+        let since_s = at_ns.saturating_sub(from_ns) as f64 * 1e-9;
+        rates.push(since_s, axis.dot(&point.rate));
+    }
+    rates
+}
+
+/// From when on the onset of a rotation is searched (ns).
+fn searched_from_ns(shown: &[(i64, ShownUp)], axis: &Vector3<f64>, left_ns: i64) -> i64 {
+    let mut from_ns = left_ns.saturating_sub(BEFORE_NS);
+    while shown
+        .first()
+        .is_some_and(|(first_ns, _)| *first_ns < from_ns)
+    {
+        let rates = rates(shown, axis, from_ns, left_ns);
+        let onset = onset::of_rates(&rates, |_| 0.0, f64::INFINITY);
+        if onset.is_none_or(|onset| onset.at_s >= AT_BEGINNING_S) {
+            break;
+        }
+        from_ns = from_ns.saturating_sub(BEFORE_NS);
+    }
+    from_ns
 }
 
 /// Whether a rotation goes on at its mean rate. The moment that turns a falling platform grows with the rotation: from rest,
@@ -474,6 +510,25 @@ mod tests {
             assert!(
                 error_s.abs() < 2.0 * sigma_s,
                 "{speed} m/s: {error_s} +- {sigma_s} s"
+            );
+        }
+    }
+
+    /// The reference of a machine whose wheels creep follows the first degrees of a fall that begins in balance.
+    #[test]
+    fn the_onset_of_a_slow_fall_on_wheels_that_creep_is_not_where_it_is_found() {
+        for (speed, growth) in [(0.12, 1.0), (0.15, 0.8), (0.15, 1.3)] {
+            let fall = |at_s: f64| {
+                let since = growth * (at_s - 6.0_f64).max(0.0);
+                (0.006 * (since.sinh() - since)).min(1.2)
+            };
+            let found = found(speed, 16.0, fall);
+            assert_eq!(found.len(), 1, "{speed} m/s, {growth}: {found:?}");
+            let error_s = found[0].start_ns as f64 * 1e-9 - 6.0;
+            let sigma_s = found[0].start_sigma_s.unwrap();
+            assert!(
+                error_s.abs() < 0.5 && sigma_s < 2.0,
+                "{speed} m/s, {growth}: {error_s} +- {sigma_s} s"
             );
         }
     }

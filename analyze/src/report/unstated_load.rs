@@ -162,6 +162,8 @@ fn degrees_of_freedom(count: usize) -> String {
     }
 }
 
+/// An explanation is told beside the most probable one from this probability on.
+const NOT_IMPROBABLE: f64 = 0.05;
 /// A log contradicts the machine as stated if that is less probable than this.
 const MOST_CONTRADICTED: f64 = 0.01;
 
@@ -242,6 +244,7 @@ fn finding(analysis: &Analysis, fall: &ExplainedFall) -> Option<Finding> {
             with_amounts(best)
         ),
     };
+    let headline = with_next(headline, fall, best);
     let mut evidence = Vec::new();
     if let Some(load) = &fall.load {
         let ways = [
@@ -280,6 +283,20 @@ fn finding(analysis: &Analysis, fall: &ExplainedFall) -> Option<Finding> {
         evidence.push(say!("Next explanations: {}", others.join(", ")));
     }
     Some(Finding { headline, evidence })
+}
+
+/// A headline that tells a rotation with one explanation, and the next one if it is not improbable: what is not told is taken to be
+/// excluded.
+fn with_next(headline: String, fall: &ExplainedFall, best: &Explanation) -> String {
+    let mut others = fall.explanations.iter().filter(|other| *other != best);
+    match others.next() {
+        Some(next) if best.kind != "stated_machine" && next.probability >= NOT_IMPROBABLE => say!(
+            "{headline}; next: {} (probability {})",
+            with_amounts(next),
+            probability(next.probability)
+        ),
+        _ => headline,
+    }
 }
 
 fn with_amounts(explanation: &Explanation) -> String {
@@ -329,5 +346,44 @@ fn name(explanation: &Explanation) -> String {
         "imu_sign" => say!("IMU {subject} with the opposite sign"),
         "wheel_radius" => say!("a sunk or flat wheel {subject}"),
         _ => word!("none of these").into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a rotation is told with whose explanations have these probabilities.
+    fn told(explanations: &[(&'static str, f64)]) -> String {
+        let explanation = |&(kind, probability): &(&'static str, f64)| Explanation {
+            kind,
+            subject: Some("tilt".into()),
+            probability,
+            log_evidence: 0.0,
+            amounts: Vec::new(),
+        };
+        let fall = ExplainedFall {
+            edge: "left".into(),
+            onset_ns: 0,
+            until_ns: 0,
+            rotation_rad: 0.0,
+            rows: 0,
+            lean_rows: 0,
+            explanations: explanations.iter().map(explanation).collect(),
+            load: None,
+            not_estimated: None,
+        };
+        with_next("told".into(), &fall, &fall.explanations[0])
+    }
+
+    #[test]
+    fn an_explanation_that_is_not_excluded_is_told_beside_the_most_probable_one() {
+        let close = told(&[("encoder_offset", 0.63), ("load_on_tool", 0.37)]);
+        assert_eq!(close, "told; next: a load on the tool (probability 37 %)");
+        let excluded = told(&[("load_on_tool", 0.99), ("encoder_offset", 0.01)]);
+        assert_eq!(excluded, "told");
+        // of the machine as stated the headline says what else there is
+        let stated = told(&[("stated_machine", 0.4), ("imu_rotation", 0.3)]);
+        assert_eq!(stated, "told");
     }
 }

@@ -70,8 +70,6 @@ pub struct OutwardTurn {
     pub lean: f64,
     /// How far the ground can have turned it since then (rad).
     pub by_ground: f64,
-    /// Whether its wheels have hardly rolled since then, and soon will not have either.
-    pub stands: bool,
 }
 
 impl OutwardTurn {
@@ -205,13 +203,14 @@ impl Outward {
     }
 
     /// The rotations that go on and are no drift of the source. `by_ground` is how far the ground can have turned the platform about
-    /// an edge on a distance (m) with a step that turns it so far (rad), since it had settled so far (rad).
+    /// an edge on a distance (m) with a step that turns it so far (rad), since it had settled so far (rad), with the farthest wheel so
+    /// far from the edge (m).
     pub(super) fn turns<'o>(
         &'o self,
         edges: &'o Edges,
         attitude: Option<ShownUp>,
         is_gyro: bool,
-        by_ground: impl Fn(f64, f64, f64, &Vector3<f64>) -> f64 + 'o,
+        by_ground: impl Fn(f64, f64, f64, f64) -> f64 + 'o,
     ) -> impl Iterator<Item = OutwardTurn> + 'o {
         let now_ns = self.last_ns.unwrap_or_default();
         let of_edges = self.runs.iter().zip(&edges.all).enumerate();
@@ -224,8 +223,7 @@ impl Outward {
                 return None;
             }
             let rolled = run.rolled + AHEAD_S * self.rolling;
-            let stands = rolled < ROLLED_M;
-            let driven = if stands { 0.0 } else { rolled };
+            let driven = if rolled < ROLLED_M { 0.0 } else { rolled };
             let by_step = (climbed(rolled, edges.radius) / edge.width).min(1.0).asin();
             Some(OutwardTurn {
                 edge: index,
@@ -234,8 +232,7 @@ impl Outward {
                 angle: run.angle,
                 rate: run.rate,
                 lean: edge.lean,
-                by_ground: by_ground(driven, by_step, since.settled, &edge.axis),
-                stands,
+                by_ground: by_ground(driven, by_step, since.settled, edge.width),
             })
         })
     }

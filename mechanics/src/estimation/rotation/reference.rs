@@ -222,16 +222,17 @@ impl Reference {
     }
 
     /// How far ramps and slopes on a distance, or a step, and soft ground since it had settled so far, turn a machine about an edge (rad).
+    /// All wheels on one side of it may drive onto a ramp while the others do not.
     pub(super) fn by_ground(
         &self,
         travelled: f64,
         by_step: f64,
         settled: f64,
-        axis: &Vector3<f64>,
+        width: f64,
         length: f64,
     ) -> f64 {
         let slope = GROUND_SIGMAS * ground_variance(travelled, length).sqrt();
-        let by_slope = by_ramp(travelled, length) * axis.y.abs() + slope;
+        let by_slope = by_ramp(travelled, width) + slope;
         by_slope.max(by_step) + (self.settled - settled).max(0.0)
     }
 

@@ -309,6 +309,43 @@ fn a_machine_that_stands_falls_from_where_tyres_and_ground_explain_it_no_longer(
     }
 }
 
+/// Nor does it for a machine whose wheels creep, held by their drives on a slope: what ramps and steps on so short a way can do is known.
+#[test]
+fn a_fall_on_wheels_that_creep_is_an_alarm_before_it_is_certain() {
+    for (edge, speed) in [("front", 0.12), ("front", 0.2), ("right", 0.12)] {
+        let falls = fall(4.0, 1.0);
+        let pose = |time_s: f64| {
+            let fallen = falls(time_s);
+            let (roll, pitch) = match edge {
+                "front" => (0.0, fallen.roll),
+                _ => (fallen.roll, 0.0),
+            };
+            let [_, hidden, _] = fallen.acceleration;
+            Pose {
+                roll,
+                pitch,
+                speed: if fallen.roll < 0.5 { speed } else { 0.0 },
+                acceleration: match edge {
+                    "front" => [-hidden, 0.0, 0.0],
+                    _ => fallen.acceleration,
+                },
+                ..Pose::default()
+            }
+        };
+        for (sensor, edit) in [("both", SOUND), ("gyro", &without_attitude)] {
+            let seen = edited(12.0, &pose, edit);
+            let at = falls(seen.falls_s.unwrap()).roll;
+            let certain = falls(seconds(seen.only().1.certain_ns)).roll;
+            assert!(
+                at < 9.0 * DEGREE && at < 0.6 * certain,
+                "{edge}, {speed} m/s, {sensor}: {}, {}",
+                at / DEGREE,
+                certain / DEGREE
+            );
+        }
+    }
+}
+
 /// What moves its base, and what it stood on before, do not delay it.
 #[test]
 fn neither_the_motion_of_a_fall_nor_a_slope_at_the_start_hides_it() {

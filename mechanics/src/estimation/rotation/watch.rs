@@ -163,16 +163,16 @@ impl PlatformRotation {
         let attitude = shown[1];
         which.into_iter().flat_map(move |which| {
             let source = self.by(which == 0);
-            let by_ground = |driven: f64, by_step: f64, settled: f64, axis: &Vector3<f64>| {
+            let by_ground = |driven: f64, by_step: f64, settled: f64, width: f64| {
                 let length = self.edges.length;
-                (source.reference).by_ground(driven, by_step, settled, axis, length)
+                (source.reference).by_ground(driven, by_step, settled, width, length)
             };
             (self.outward[which]).turns(&self.edges, attitude, which == 0, by_ground)
         })
     }
 
-    /// Whether the platform rotates about an edge for certain, or, while the machine stands, turns outwards as neither tyres nor ground nor
-    /// suspension explain, or did shortly before: it falls. What neither gyro nor attitude has measured for longer than the longest gap
+    /// Whether the platform rotates about an edge for certain, or turns outwards as neither tyres nor suspension nor the ground on the way
+    /// that its wheels have rolled explain, or did shortly before: it falls. What neither gyro nor attitude has measured for longer than the longest gap
     /// that is bridged is not known.
     #[must_use]
     pub fn falls(&self, now_ns: i64) -> bool {
@@ -307,9 +307,8 @@ impl PlatformRotation {
                 outward.take(&self.edges, now_ns, of_source, attitude, rolling, settled);
             }
         }
-        // ramps to its side may turn a machine that drives farther
-        let is_unexplained = (self.turns_in(shown))
-            .any(|turn| turn.stands && turn.has_left_ground() && turn.rate > FALLS);
+        let is_unexplained =
+            (self.turns_in(shown)).any(|turn| turn.has_left_ground() && turn.rate > FALLS);
         self.unexplained = match is_unexplained {
             true => self.unexplained.saturating_add(1),
             false => 0,
