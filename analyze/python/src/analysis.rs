@@ -16,6 +16,7 @@ use tipwatch_analyze::output::{self, OutputOptions, Sinks};
 use tipwatch_analyze::report;
 use tipwatch_analyze::tables::summary::Summary;
 use tipwatch_analyze::tables::{events, samples, studies};
+use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::machine;
 
 use crate::call::error::{Mistake, exception};
@@ -26,7 +27,7 @@ use crate::call::pickle::{Reduced, reduced};
 use crate::call::place::{Place, paths};
 use crate::call::progress::Progress;
 use crate::machine::machine_file;
-use crate::table::{Chunks, Table, escaped};
+use crate::table::{Chunks, Table, escaped, no_column};
 
 /// The analysis of one log: tables, findings, summary.
 #[pyclass(frozen, module = "tipwatch")]
@@ -245,6 +246,24 @@ struct Request {
     out: Option<PathBuf>,
 }
 
+/// What the columns begin with that a log with measured loads has.
+const MEASURED: [&str; 2] = ["load_measured_", "load_residual_"];
+
+/// Refuses names of columns that no log of the machine has, before one is read. Of a machine whose URDF is in the log nothing is
+/// known before.
+fn check_columns(file: &MachineFile, request: &Request) -> Result<()> {
+    let (Some(columns), Ok(machine)) = (&request.columns, file.check_alone()) else {
+        return Ok(());
+    };
+    let known = samples::columns(&machine, &request.options);
+    let is_measured = |name: &str| MEASURED.iter().any(|start| name.starts_with(start));
+    let is_unknown = |name: &&String| !known.contains(name) && !is_measured(name);
+    match columns.iter().find(is_unknown) {
+        Some(name) => bail!(Mistake(no_column(known.iter().map(String::as_str), name))),
+        None => Ok(()),
+    }
+}
+
 /// What an analysis gives, without the interpreter.
 struct Found {
     samples: Table,
@@ -256,12 +275,7 @@ struct Found {
     files: Vec<PathBuf>,
 }
 
-fn run(
-    request: &Request,
-    file: &tipwatch_binding::MachineFile,
-    bytes: &AtomicU64,
-    stop: &Stop,
-) -> Result<Found> {
+fn run(request: &Request, file: &MachineFile, bytes: &AtomicU64, stop: &Stop) -> Result<Found> {
     let target = request
         .out
         .as_deref()
@@ -422,6 +436,7 @@ pub(crate) fn analyze(
         })
     };
     let request = request().map_err(|error| exception(&error))?;
+    check_columns(&file, &request).map_err(|error| exception(&error))?;
     let progress = Progress::of(py, progress, "Log", (request.log.as_os_str(),))?;
     let bytes = Arc::new(AtomicU64::new(0));
     let read = Arc::clone(&bytes);

@@ -162,25 +162,25 @@ const MOST_NEAR: usize = 3;
 /// # Errors
 /// There is none of this name.
 fn place(schema: &Schema, name: &str) -> Result<usize, String> {
-    let lacks = |_| {
-        let all = schema.fields().iter().map(|field| field.name());
-        let far = |other: &String| strsim::damerau_levenshtein(name, other);
-        let mut near: Vec<&String> = all
-            .clone()
-            .filter(|other| far(other) <= MOST_WRONG)
-            .collect();
-        near.sort_by_key(|other| far(other));
-        near.truncate(MOST_NEAR);
-        let near = match near.is_empty() {
-            true => String::new(),
-            false => format!(". Did you mean {near:?}?"),
-        };
-        let columns = all.len();
-        format!(
-            "expected one of the {columns} columns of the table (columns), found \"{name}\"{near}"
-        )
+    let all = || schema.fields().iter().map(|field| field.name().as_str());
+    schema.index_of(name).map_err(|_| no_column(all(), name))
+}
+
+/// Says that there is no such column, and which are called almost so.
+pub(crate) fn no_column<'a>(all: impl Iterator<Item = &'a str> + Clone, name: &str) -> String {
+    let far = |other: &&str| strsim::damerau_levenshtein(name, other);
+    let mut near: Vec<&str> = all
+        .clone()
+        .filter(|other| far(other) <= MOST_WRONG)
+        .collect();
+    near.sort_by_key(far);
+    near.truncate(MOST_NEAR);
+    let near = match near.is_empty() {
+        true => String::new(),
+        false => format!(". Did you mean {near:?}?"),
     };
-    schema.index_of(name).map_err(lacks)
+    let columns = all.count();
+    format!("expected one of the {columns} columns of the table (columns), found \"{name}\"{near}")
 }
 
 impl Table {

@@ -6,7 +6,7 @@ pub mod clock;
 pub mod coverage;
 pub mod digest;
 mod estimate;
-mod evaluation;
+pub(crate) mod evaluation;
 mod folds;
 mod ground;
 pub mod health;

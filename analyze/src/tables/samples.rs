@@ -7,11 +7,14 @@ use tipwatch_mechanics::prediction::{
 };
 use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::verdict::{InputFault, Level, Verdict};
-use tipwatch_mechanics::{ColumnNames, Contribution, Quantity, RowColumn};
+use tipwatch_mechanics::{
+    ColumnNames, Contribution, OutcomeColumns, Quantity, RowColumn, StateColumns,
+};
 
 use super::collect;
 use super::table::Table;
-use crate::base::options::Precision;
+use crate::analysis::evaluation::scope;
+use crate::base::options::{Options, Precision};
 use crate::base::predicted::Predictions;
 use crate::base::rows::{Rows, Verdicts};
 use crate::load::MeasuredLoads;
@@ -42,6 +45,34 @@ pub fn samples(
         add_verdicts(&mut table, machine, verdicts, &names, precision);
     }
     table
+}
+
+/// The columns of any log of this machine, before one is read: those that only some logs have, as of measured loads, are not
+/// among them, and those of the predictions are, which not every estimator has.
+#[must_use]
+pub fn columns(machine: &Machine, options: &Options) -> Vec<String> {
+    let rows = Rows {
+        first: 0,
+        start_ns: 0,
+        times_ns: Vec::new(),
+        reasons: Vec::new(),
+        states: StateColumns::unknown(machine, 0),
+        outcomes: OutcomeColumns::empty(machine, scope(options)),
+        verdicts: Some(Verdicts {
+            verdicts: Vec::new(),
+            time_to_lift_off_s: Vec::new(),
+            predictions: Some(Predictions::none(machine.wheels().len())),
+            recorded: Vec::new(),
+        }),
+    };
+    let table = samples(machine, &rows, Precision::Double, &MeasuredLoads::default());
+    let mut names: Vec<String> = table
+        .columns()
+        .iter()
+        .map(|column| column.name().to_owned())
+        .collect();
+    names.push(RowColumn::INPUT_FAULTS.name.to_owned());
+    names
 }
 
 pub(super) fn add_times(table: &mut Table, times_ns: &[i64]) {
