@@ -104,8 +104,11 @@ def test_a_fleet_tells_its_notes_and_is_opened_again(tmp_path):
     assert again.totals == fleet.totals and again.page == fleet.page and again.notes == []
     assert again.logs.to_polars().equals(fleet.logs.to_polars())
     assert pickle.loads(pickle.dumps(again)).totals == fleet.totals
-    with pytest.raises(tw.TipwatchError, match="expected a fleet from screen"):
-        again.undecided
+    assert again.undecided == fleet.undecided == []
+    with pytest.warns(UserWarning):
+        fleet = tw.screen(tmp_path / "logs", resume=True, min_valid=1.0, **asked)
+    again = tw.Fleet(tmp_path / "fleet")
+    assert again.undecided == fleet.undecided and len(again.undecided) == 2
     with pytest.raises(FileNotFoundError, match="expected a complete data set"):
         tw.Fleet(tmp_path)
 

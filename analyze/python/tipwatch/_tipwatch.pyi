@@ -544,8 +544,8 @@ class Fleet:
         """Counts over the whole data set (``screen.json``)."""
     @property
     def undecided(self) -> list[tuple[str, str]]:
-        """The logs that decide nothing, each with the reason. Only ``screen`` knows the rules that say so: of a fleet that was
-        opened it is a TipwatchError, ``totals`` has their number."""
+        """The logs that decide nothing, each with the reason: by the rules of the run, or of an opened fleet, of the run that wrote
+        it."""
     @property
     def notes(self) -> list[str]:
         """What the run told beside its counts: logs that were left out, that no longer exist, or that contradict each other. One

@@ -82,8 +82,11 @@ pub struct Moment {
     pub speed_m_s: Option<f64>,
     /// Angle between the upward axis of the base and the vertical (rad).
     pub tilt_rad: Option<f64>,
-    /// Names of the joints.
+    /// Names of the joints other than those that turn wheels.
     pub joints: Shared<[String]>,
+    /// Whether their positions are lengths; absent from results of older versions.
+    #[serde(default)]
+    pub are_lengths: Vec<bool>,
     /// Their positions (rad or m).
     pub positions: Vec<Option<f64>>,
 }
@@ -93,20 +96,18 @@ impl Moment {
         let mut state = State::zero(machine);
         rows.states.get(row, &mut state);
         let up = state.base.up;
-        let positions = Parameter::all(machine).into_iter();
-        let positions = positions.filter(|p| matches!(p, Parameter::JointPosition(_)));
-        let (joints, positions): (Vec<String>, _) = positions
-            .map(|position| {
-                let name = position.name(machine);
-                let joint = name.strip_suffix(".position").unwrap_or(&name).to_owned();
-                (joint, state.value(position).and_then(known))
-            })
-            .unzip();
+        let all = machine.joints().iter().enumerate();
+        let joints = || all.clone().filter(|(_, joint)| joint.spins_wheel.is_none());
+        let names: Vec<String> = joints().map(|(_, joint)| joint.name.clone()).collect();
+        let position = |joint| state.value(Parameter::JointPosition(joint)).and_then(known);
         Self {
             speed_m_s: known(state.base.velocity.norm()),
             tilt_rad: known(up.z.clamp(-1.0, 1.0).acos()),
-            joints: joints.into(),
-            positions,
+            joints: names.into(),
+            are_lengths: joints()
+                .map(|(joint, _)| machine.joint_slides(joint))
+                .collect(),
+            positions: joints().map(|(joint, _)| position(joint)).collect(),
         }
     }
 }

@@ -210,7 +210,7 @@ fn build(rows: &[LogRow], out: &Path, gate: Gate<'_>) -> Result<(Finished, Strin
     let judgements = gate.judge(rows);
     let totals = Totals::of(rows, &judgements, gate.min_valid);
     // one after the other: of a large fleet each takes a second, and a hundred megabytes beside the records
-    data_set::write(rows, out)?;
+    data_set::write(rows, gate.min_valid, out)?;
     write_policy(rows, &judgements, gate.policy, gate.min_valid, out)?;
     let compared = comparisons(rows, gate.min_valid);
     let html = page::render(rows, &judgements, &totals, &compared, gate.min_valid);

@@ -1,6 +1,6 @@
 //! Analyses the logs of a fleet, or of one part of it, on the threads of this process.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -123,8 +123,10 @@ pub fn screen(
             true => Presence::Here,
             false => found.presence(path),
         };
+        let failed: BTreeMap<String, String> = now.iter().filter_map(failure).collect();
         let records = latest(records, now);
         let records = present(records, presence, request.prune, &screening.store, notify)?;
+        note_hidden(&records, &failed, notify);
         let built = finish(records, &place, &place, gate, notify)?;
         (built.totals, built.undecided, Some(request.out.join(PAGE)))
     };
@@ -138,6 +140,32 @@ pub fn screen(
         undecided,
         page,
     })
+}
+
+/// Path of a failed log, and why it failed.
+fn failure(record: &Record) -> Option<(String, String)> {
+    match &record.result {
+        Outcome::Failed { reason, .. } => Some((record.path.clone(), reason.clone())),
+        Outcome::Analysed { .. } => None,
+    }
+}
+
+/// Says which logs failed in this run and keep an earlier result.
+fn note_hidden(
+    records: &[Record],
+    failed: &BTreeMap<String, String>,
+    notify: &(dyn Fn(Update<'_>) + Sync),
+) {
+    let kept = records.iter().filter(|record| !record.is_failed());
+    let hidden: Vec<_> = kept
+        .filter_map(|record| failed.get_key_value(&record.path))
+        .collect();
+    if let Some((path, reason)) = hidden.first() {
+        notify(Update::Note(format!(
+            "{} logs failed in this run and keep their earlier result, the first {path}: {reason}",
+            hidden.len()
+        )));
+    }
 }
 
 /// Analyses logs in parallel; each is finished with its record.

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result};
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
@@ -55,7 +55,7 @@ impl Notes {
 pub(crate) struct Fleet {
     out: PathBuf,
     totals: String,
-    /// `None` of a data set that was opened: the rules of its run are not known.
+    /// `None` of a data set that was opened: it has them.
     undecided: Option<Vec<(String, String)>>,
     page: Option<PathBuf>,
     notes: Vec<String>,
@@ -161,17 +161,19 @@ impl Fleet {
         py.import("json")?.call_method1("loads", (&self.totals,))
     }
 
-    /// The logs that decide nothing, each with the reason. Only ``screen`` knows the rules that say so: of a fleet that was
-    /// opened it is a TipwatchError, ``totals`` has their number.
+    /// The logs that decide nothing, each with the reason: by the rules of the run, or of an opened fleet, of the run that wrote
+    /// it.
     #[getter]
-    fn undecided(&self) -> PyResult<Vec<(String, String)>> {
-        self.undecided.clone().ok_or_else(|| {
-            exception(&anyhow!(
-                "expected a fleet from screen for its undecided logs, found one that was opened: screen(gather=True, out={:?}) \
-                 makes it again from its records",
-                self.out
-            ))
-        })
+    fn undecided(&self, py: Python<'_>) -> PyResult<Vec<(String, String)>> {
+        if let Some(undecided) = &self.undecided {
+            return Ok(undecided.clone());
+        }
+        let sql = "SELECT path, undecided FROM logs WHERE undecided IS NOT NULL ORDER BY path";
+        let answer = py.detach(|| query(&self.out, sql));
+        let answer = answer.map_err(|error| exception(&error))?;
+        let text = |value: &serde_json::Value| value.as_str().unwrap_or_default().to_owned();
+        let rows = (0..answer.rows()).map(|row| answer.row(row));
+        Ok(rows.map(|row| (text(&row[0]), text(&row[1]))).collect())
     }
 
     /// What the run told beside its counts: logs that were left out, that no longer exist, or that contradict each other. One

@@ -1,5 +1,6 @@
 //! A row of `logs`: a log, with all that is known of it.
 
+use crate::analysis::margin::WorstMargin;
 use crate::events::EventKind;
 use crate::policy::facts::{EXPOSURE_CAUSES, EventFacts, LogFacts, WheelFacts};
 use crate::screen::merge::LogRow;
@@ -33,6 +34,8 @@ record! {
         reason: Option<String>,
         /// path of the report within the folder
         report: Option<String>,
+        /// why the log decides nothing, by the rules of the run that wrote the data set; null if it does, and of failed logs
+        undecided: Option<String>,
         /// SHA-256 of the machine file that the log was analysed with
         machine_file_sha256: Option<String>,
         /// version of the analysis: of program, machine file, URDF and options
@@ -76,7 +79,7 @@ record! {
         worst_speed: Option<f64> ["m/s"],
         /// angle of the platform against the vertical at that time
         worst_tilt: Option<f64> ["rad"],
-        /// names of the joints
+        /// names of the joints other than those that turn wheels
         joints: Option<Vec<String>>,
         /// their positions at that time (rad or m)
         worst_posture: Option<Vec<Option<f64>>> ["rad or m"],
@@ -155,7 +158,7 @@ record! {
 }
 
 impl FleetLog {
-    pub(in crate::screen) fn of(row: &LogRow) -> Self {
+    pub(in crate::screen) fn of(row: &LogRow, min_valid: f64) -> Self {
         let record = &row.record;
         let (facts, events) = record
             .analysed()
@@ -198,6 +201,9 @@ impl FleetLog {
             report: record
                 .report_folder()
                 .map(|folder| format!("{folder}/report.html")),
+            undecided: facts
+                .and_then(|facts| facts.undecided(min_valid))
+                .map(|reason| reason.to_string()),
             machine_file_sha256: machine.map(|machine| machine.sha256.clone()),
             analysis_version: record.analysis_version.as_deref().map(str::to_owned),
             tipwatch_version: record.tipwatch_version.to_string(),
@@ -295,6 +301,12 @@ pub(in crate::screen) fn lifted(events: &[EventFacts]) -> (f64, f64) {
     (seconds, f64::sqrt(variance))
 }
 
+/// Whether a lift or fall that was found shows that the worst margin is too large: the loads before it do not lead there.
+pub(in crate::screen) fn contradicts_margin(facts: &LogFacts, events: &[EventFacts]) -> bool {
+    let is_positive = |worst: &WorstMargin| worst.margin > 2.0 * worst.sigma.unwrap_or(0.0);
+    facts.worst.as_ref().is_some_and(is_positive) && lifts(events).any(EventFacts::is_fact)
+}
+
 /// What casts doubt on a log, each once, with the signals by this name.
 pub(in crate::screen) fn doubted(
     facts: &LogFacts,
@@ -308,6 +320,9 @@ pub(in crate::screen) fn doubted(
     });
     let mut doubted: Vec<String> = signals.map(|signal| name(signal)).collect();
     doubted.extend(facts.gross_inputs.iter().chain(&facts.doubts).cloned());
+    if contradicts_margin(facts, events) {
+        doubted.push("The worst margin is above zero, and what was found contradicts it".into());
+    }
     doubted.sort();
     doubted.dedup();
     doubted

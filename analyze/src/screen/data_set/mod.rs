@@ -26,12 +26,12 @@ use crate::base::files::{remove_unfinished, unfinished_of};
 use crate::tables::frame::{ColumnInfo, Record};
 
 pub(super) use self::comparison::FleetComparison;
-pub(super) use self::log::{doubted, lifted};
+pub(super) use self::log::{contradicts_margin, doubted, lifted};
 pub use not_answered::NotAnswered;
 pub use query::{Answer, Times, query};
 
 /// Version of the columns.
-pub(super) const DATA_SET_SCHEMA: u32 = 6;
+pub(super) const DATA_SET_SCHEMA: u32 = 7;
 /// Most rows of a file, some 128 MB: a month of a large fleet has several.
 const MOST_ROWS: usize = 400_000;
 /// Least rows of a row group but the last, which readers skip as a whole.
@@ -53,8 +53,8 @@ pub static TABLES: LazyLock<[(&str, Vec<ColumnInfo>); 3]> = LazyLock::new(|| {
     ]
 });
 
-/// Writes the tables of all logs and removes files that are no longer part of them.
-pub(super) fn write(rows: &[LogRow], out: &Path) -> Result<()> {
+/// Writes the tables of all logs, of which at least `min_valid` of the time must be computable to decide anything, and removes files that are no longer part of them.
+pub(super) fn write(rows: &[LogRow], min_valid: f64, out: &Path) -> Result<()> {
     let mut months: BTreeMap<String, Vec<&LogRow>> = BTreeMap::new();
     for row in rows {
         months.entry(month(row)).or_default().push(row);
@@ -73,7 +73,10 @@ pub(super) fn write(rows: &[LogRow], out: &Path) -> Result<()> {
     let mut written = BTreeSet::new();
     for (name, rows) in files {
         let logs = rows.chunks(ROWS_AT_A_TIME);
-        let logs = logs.map(|rows| rows.par_iter().map(|row| FleetLog::of(row)).collect());
+        let logs = logs.map(|rows| {
+            let rows = rows.par_iter();
+            rows.map(|row| FleetLog::of(row, min_valid)).collect()
+        });
         written.extend(write_table(logs, &out.join("logs").join(&name))?);
         let events = rows.chunks(ROWS_AT_A_TIME);
         let events = events.map(|rows| rows.iter().flat_map(|row| event::all_of(row)).collect());

@@ -9,7 +9,7 @@ use super::statistics::{
     Change, LEAST_SEGMENT, Sorted, discovery_rates, fall, least_chance, median, of_one_more,
 };
 use crate::base::shared::Shared;
-use crate::screen::data_set::{FleetComparison, lifted};
+use crate::screen::data_set::{FleetComparison, contradicts_margin, lifted};
 use crate::screen::merge::LogRow;
 use crate::screen::record::Record;
 use crate::tables::frame::Day;
@@ -143,6 +143,7 @@ impl<'a> Log<'a> {
             return None;
         }
         let worst = facts.worst.as_ref();
+        let worst = worst.filter(|_| !contradicts_margin(facts, events));
         let computable_s = facts.coverage.computable_s;
         let exposed = (facts.exposure.exposed_s).filter(|_| computable_s > 0.0);
         let values = [
@@ -413,7 +414,10 @@ impl<'a> Typical<'a> {
             let known = logs.iter().filter(|log| log.values.contains_key(&quantity));
             (quantity, (known.count(), together(quantity, logs.iter())))
         });
-        let sigmas: Option<Vec<f64>> = logs.iter().map(|log| log.sigma).collect();
+        let with_margin = |log: &&&Log<'_>| log.values.contains_key(&Quantity::WorstMargin);
+        let sigmas: Option<Vec<f64>> = (logs.iter().filter(with_margin))
+            .map(|log| log.sigma)
+            .collect();
         let durations: Vec<f64> = logs.iter().map(|log| log.duration_s).collect();
         Self {
             kind: machine.and_then(|machine| machine.kind.as_deref()),

@@ -22,7 +22,17 @@ unpacked('data').json().then(function (data) {
   };
   const margin = function (i) {
     if (!known(data.margin[i])) return data.group[i] === data.groups.length - 1 ? '' : 'not computable';
-    return percent(data.margin[i]) + (known(data.sigma[i]) ? ' ± ' + percent(2 * data.sigma[i]) : ' (uncertainty not computable)');
+    const contradicted = data.group[i] < 3 && data.margin[i] > 2 * (data.sigma[i] || 0);
+    return percent(data.margin[i]) + (known(data.sigma[i]) ? ' ± ' + percent(2 * data.sigma[i]) : ' (uncertainty not computable)') +
+      (contradicted ? data.contradicted : '');
+  };
+  const posture = function (i) {
+    if (!known(data.posture[i])) return '';
+    const names = data.joints[data.posture[i][0]].split('\n');
+    return data.posture[i][1].map(function (position, j) {
+      const metres = names[j].endsWith(' m'), name = names[j].slice(0, metres ? -2 : -1);
+      return name + ' ' + (!known(position) ? 'unknown' : metres ? (position / 100).toFixed(2) + ' m' : position + '°');
+    }).join(', ');
   };
   const certainty = function (i) { return known(data.certainty[i]) ? data.certainties[data.certainty[i]] : ''; };
   const countOf = function (n, one) { return n + ' ' + one + (n === 1 ? '' : 's'); };
@@ -45,6 +55,7 @@ unpacked('data').json().then(function (data) {
     {head: 'Main cause', key: function (i) { return data.cause[i]; }, text: function (i) { return known(data.cause[i]) ? data.causes[data.cause[i]] : ''; }},
     {head: 'Speed', down: true, key: function (i) { return data.speed[i]; }, text: function (i) { return known(data.speed[i]) ? (data.speed[i] / 10).toFixed(1) + ' m/s' : ''; }},
     {head: 'Tilt', down: true, key: function (i) { return data.tilt[i]; }, text: function (i) { return known(data.tilt[i]) ? data.tilt[i] + '°' : ''; }},
+    {head: 'Posture', key: function (i) { return posture(i) || null; }, text: posture},
     {head: 'Day', key: function (i) { return data.day[i]; }, text: function (i) { return date(data.day[i]); }},
     {head: 'Doubt or failure', key: function (i) { return data.text[i]; }, text: function (i) { return known(data.text[i]) ? data.texts[data.text[i]] : ''; }}
   ];

@@ -9,20 +9,23 @@ use serde::Serialize;
 
 use super::ranking::{Group, Ranked};
 use super::seen::log_link;
+use crate::analysis::margin::Moment;
 use crate::events::EventKind;
 use crate::events::LEAST_OF_A_FACT;
 use crate::events::support_words::SupportWord;
 use crate::page::{self, Program, input_in_words, percent, probability, readable};
 use crate::policy::facts::EXPOSURE_CAUSES;
-use crate::screen::data_set::doubted;
+use crate::screen::data_set::{contradicts_margin, doubted};
 use crate::screen::outliers::{Comparison, Verdict};
 use crate::screen::record::{Outcome, Record};
 
 const SCRIPT: &str = include_str!("explorer.js");
 /// Most of the packed data (bytes): of more logs the page holds the first of the ranking.
-const MOST_BYTES: usize = 1_880_000;
+const MOST_BYTES: usize = 1_840_000;
 /// Logs that are shown without scripts.
 const SHOWN: usize = 20;
+/// Logs of the ranking whose posture the page holds: of each it takes as much as all other numbers.
+const MOST_POSTURES: usize = 5000;
 
 /// The names of some values, each once, and of each row which one.
 #[derive(Default)]
@@ -64,6 +67,7 @@ struct Data {
     wheels: Vec<String>,
     /// Reasons of failures, and what is doubted.
     texts: Vec<String>,
+    contradicted: &'static str,
     certainties: Vec<String>,
     machine: Vec<Option<usize>>,
     /// Days since 1970.
@@ -98,10 +102,17 @@ struct Data {
     /// Tenths of m/s, and degrees.
     speed: Vec<Option<i64>>,
     tilt: Vec<Option<i64>>,
+    /// Names of joints with their units, the joints of a machine in one text.
+    joints: Vec<String>,
+    /// Of the first of the ranking: which joints, and their positions (degrees or hundredths of a metre).
+    posture: Vec<Option<(usize, Vec<Option<i64>>)>>,
     /// A bit for each of the kinds of events.
     events: Vec<u32>,
     text: Vec<Option<usize>>,
 }
+
+/// Said of a margin above zero of a log in which a wheel lifted or the machine fell.
+const CONTRADICTED: &str = ": contradicted by the finding";
 
 /// The group of logs that could not be analysed, behind those of the ranking.
 const FAILED: usize = Group::ALL.len();
@@ -135,6 +146,9 @@ pub(super) fn explorer(
             "wheel or support lifted, the longest first, and where their times cannot be told apart, the deepest; then those that are not "
             "decided, with what is less likely than not or may be ground that gave way; then the others, by their worst margin. Logs "
             "that cannot be told apart by two standard deviations share a rank. "
+            @if ranked.len() > MOST_POSTURES {
+                "The posture is that of the first " (MOST_POSTURES) " logs; the data set has all. "
+            }
             @if listed < all {
                 "The page holds the first " (listed) " of " (all) " logs, and counts those of a machine among them; the data set has all ("
                 code { "tipwatch query" } "). "
@@ -173,6 +187,10 @@ fn row(ranked: &Ranked<'_>) -> Vec<Markup> {
         (first, last) if first == last => first.to_string(),
         (first, last) => format!("{first} to {last}"),
     };
+    let contradicted = match contradicts_margin(log.facts, log.events) {
+        true => CONTRADICTED,
+        false => "",
+    };
     let margin = worst.map_or_else(
         || "not computable".to_owned(),
         |worst| match worst.sigma {
@@ -191,7 +209,7 @@ fn row(ranked: &Ranked<'_>) -> Vec<Markup> {
             (group)
             @if let Some((_, told)) = surest_finding(ranked) { " (" (told) ")" }
         },
-        html! { (margin) },
+        html! { (margin) (contradicted) },
         html! { (any_split) },
         html! { @if ranked.lifted_s > 0.0 { (page::time(ranked.lifted_s)) } },
         html! {
@@ -217,11 +235,13 @@ fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> D
     let (mut folders, mut wheels, mut texts) =
         (Names::default(), Names::default(), Names::default());
     let (mut machines, mut certainties) = (Names::default(), Names::default());
+    let mut joints = Names::default();
     let mut kinds = BTreeMap::new();
     let whole = |value: Option<f64>, scale: f64| value.map(|value| (value * scale).round() as i64);
     let mut data = Data {
         causes: EXPOSURE_CAUSES.map(readable).to_vec(),
         groups: Group::ALL.map(|(_, name)| name).to_vec(),
+        contradicted: CONTRADICTED,
         kinds: EventKind::ALL
             .iter()
             .map(|&kind| SupportWord::OF_ANY_MACHINE.event(kind))
@@ -284,6 +304,9 @@ fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> D
             .push(whole(moment.and_then(|moment| moment.speed_m_s), 10.0));
         let tilt = moment.and_then(|moment| moment.tilt_rad);
         data.tilt.push(whole(tilt.map(f64::to_degrees), 1.0));
+        let moment = moment.filter(|_| log.rank.0 <= MOST_POSTURES);
+        data.posture
+            .push(moment.and_then(|moment| posture(moment, &mut joints)));
         data.events
             .push(flags.fold(0, |bits, (place, _)| bits | 1 << place));
         let doubts = (!doubts.is_empty()).then(|| texts.place(&doubts.join("; ")));
@@ -316,6 +339,7 @@ fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> D
             column.push(None);
         }
         data.wheel.push(None);
+        data.posture.push(None);
         data.certainty.push(None);
         data.lifted.push(0);
         data.computable.push(0);
@@ -347,9 +371,35 @@ fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> D
         .collect();
     data.folders = folders.names;
     data.wheels = wheels.names;
+    data.joints = joints.names;
     data.texts = texts.names;
     data.certainties = certainties.names;
     data
+}
+
+/// The posture of a machine; `None` of results of older versions, which do not say what is an angle.
+fn posture(moment: &Moment, joints: &mut Names) -> Option<(usize, Vec<Option<i64>>)> {
+    if moment.are_lengths.len() != moment.joints.len() {
+        return None;
+    }
+    let named = moment.joints.iter().zip(&moment.are_lengths);
+    let named =
+        named.map(|(name, is_length)| format!("{name}{}", if *is_length { " m" } else { "°" }));
+    let positions = moment.positions.iter().zip(&moment.are_lengths);
+    let positions = positions.map(|(position, is_length)| {
+        let scaled = position.map(|position| {
+            if *is_length {
+                100.0 * position
+            } else {
+                position.to_degrees()
+            }
+        });
+        scaled.map(|position| position.round() as i64)
+    });
+    Some((
+        joints.place(&named.collect::<Vec<_>>().join("\n")),
+        positions.collect(),
+    ))
 }
 
 /// How sure the finding of a log is, of the surest if there are several, under the stated split, and in words. Of a log that is not

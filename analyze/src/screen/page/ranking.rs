@@ -2,7 +2,7 @@
 
 use super::seen::Seen;
 use crate::events::EventKind;
-use crate::screen::data_set::lifted;
+use crate::screen::data_set::{contradicts_margin, lifted};
 
 /// What a log is ranked by first. What happened comes first, the worst before the rest; then what nobody knows, then what is
 /// harmless.
@@ -83,9 +83,14 @@ const ORDER: [Key; 3] = [
         None => (0.0, 0.0),
     },
     |log| {
-        let worst = log.log.facts.worst.as_ref();
-        worst.map_or((f64::INFINITY, 0.0), |worst| {
-            (worst.margin, worst.sigma.unwrap_or(0.0))
+        let (facts, events) = (log.log.facts, log.log.events);
+        facts.worst.as_ref().map_or((f64::INFINITY, 0.0), |worst| {
+            let sigma = worst.sigma.unwrap_or(0.0);
+            match contradicts_margin(facts, events) {
+                // at most: how far below is not known
+                true => (0.0, sigma),
+                false => (worst.margin, sigma),
+            }
         })
     },
 ];
