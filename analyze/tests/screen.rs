@@ -942,7 +942,9 @@ fn a_deleted_log_of_a_manifest_fails_and_is_pruned() {
     assert!(
         messages.contains("failed: ")
             && messages.contains("1 logs no longer exist and stay")
-            && messages.contains("1 logs failed in this run and keep their earlier result")
+            && messages.contains(
+                "logs that failed in this run and keep their earlier result: 1, the first"
+            )
             && messages.contains("Total: 2 logs"),
         "{messages}"
     );

@@ -23,6 +23,9 @@ pub struct InputDifference {
 const MACHINE_FILE: &str = "machine_file.sha256";
 /// Key of the hash of the URDF, which an output folder does not hold either.
 const URDF: &str = "urdf.sha256";
+/// What the keys of a URDF begin with whose text is known, and that of its hash.
+const OF_URDF: &str = "URDF ";
+const URDF_TEXT: &str = "URDF SHA-256";
 /// Key of the rule by which the load is split, a sentence.
 const SPLIT_RULE: &str = "split_rule";
 
@@ -67,9 +70,19 @@ pub(super) fn inputs(a: &Side, b: &Side) -> Vec<InputDifference> {
     // one machine file has one rule, which two results may tell in two languages
     let is_one_file = on_a.get(MACHINE_FILE) == on_b.get(MACHINE_FILE);
     let is_input = |of: &InputDifference| !(is_one_file && of.key == SPLIT_RULE);
-    differences
+    let mut found: Vec<InputDifference> = differences
         .filter(|of| of.a != of.b && is_input(of))
-        .collect()
+        .collect();
+    // what differs in no attribute differs by its text: spaces, comments, or what is no XML
+    if found
+        .iter()
+        .filter(|of| of.key.starts_with(OF_URDF))
+        .count()
+        > 1
+    {
+        found.retain(|of| of.key != URDF_TEXT);
+    }
+    found
 }
 
 /// What a side was computed from. Without the machine files, what the summary has of them.
@@ -98,6 +111,7 @@ fn stated(side: &Side, has_files: bool) -> BTreeMap<String, String> {
             let file = file.and_then(|table| serde_json::to_value(table).ok());
             flatten("", &file.unwrap_or_default(), &mut found);
             flatten_urdf(&sources.urdf, &mut found);
+            flatten(URDF_TEXT, &provenance["urdf"]["sha256"], &mut found);
         }
         None => {
             flatten(URDF, &provenance["urdf"]["sha256"], &mut found);
@@ -141,25 +155,31 @@ fn flatten(path: &str, value: &Value, found: &mut BTreeMap<String, String>) {
     }
 }
 
-/// Adds the attributes of a URDF under the elements that they are in: "URDF link boom inertial mass value". Of elements alike
-/// without a name, such as collisions, the last counts.
+/// Adds the attributes of a URDF under the elements that they are in: "URDF link boom inertial mass value". Elements without a name
+/// are numbered where there are several alike: "URDF link boom collision 2 origin xyz".
 fn flatten_urdf(text: &str, found: &mut BTreeMap<String, String>) {
     let Ok(document) = roxmltree::Document::parse(text) else {
         return;
     };
     for element in document.descendants().filter(roxmltree::Node::is_element) {
-        let mut path: Vec<&str> = Vec::new();
+        let mut path: Vec<String> = Vec::new();
         for within in element
             .ancestors()
             .filter(|node| node.is_element() && *node != document.root_element())
         {
-            path.extend(within.attribute("name"));
-            path.push(within.tag_name().name());
+            let tag = within.tag_name();
+            let before = within.prev_siblings().skip(1);
+            let alike = before.filter(|other| other.tag_name() == tag).count();
+            match within.attribute("name") {
+                Some(name) => path.push(name.into()),
+                None if alike > 0 => path.push((alike + 1).to_string()),
+                None => {}
+            }
+            path.push(tag.name().into());
         }
-        path.push("URDF");
         path.reverse();
         for attribute in element.attributes().filter(|of| of.name() != "name") {
-            let key = format!("{} {}", path.join(" "), attribute.name());
+            let key = format!("{OF_URDF}{} {}", path.join(" "), attribute.name());
             found.insert(key, attribute.value().into());
         }
     }

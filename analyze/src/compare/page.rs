@@ -41,7 +41,9 @@ pub fn render(comparison: &Comparison, a: &Side, b: &Side) -> String {
                 (section(word!("What this cannot show"), list(comparison.caveats.iter())))
             }
         }
-        (part("differences", word!("Differences of the OTF"), false, differences))
+        @if let Some(differences) = &differences {
+            (part("differences", word!("Differences of the OTF"), false, differences))
+        }
         (part("figures", word!("Whole log"), false, facts(&comparison.facts.iter().collect::<Vec<_>>())))
         (part("rows", word!("Row by row"), false, series(comparison)))
         (part("provenance", word!("Provenance"), false, page::facts(&[("A", origin(&comparison.a)), ("B", origin(&comparison.b))])))
@@ -153,7 +155,7 @@ fn series(comparison: &Comparison) -> Markup {
 }
 
 /// The OTF of each wheel that both have, and its difference, over the rows that they share; otherwise each over its own time.
-fn curves(comparison: &Comparison, a: &Side, b: &Side) -> (Markup, Markup) {
+fn curves(comparison: &Comparison, a: &Side, b: &Side) -> (Markup, Option<Markup>) {
     let names = a.columns.iter().map(|column| column.name.as_str());
     let wheels: Vec<&str> = names
         .filter_map(|name| name.strip_prefix("otf_"))
@@ -161,7 +163,7 @@ fn curves(comparison: &Comparison, a: &Side, b: &Side) -> (Markup, Markup) {
         .collect();
     if wheels.is_empty() {
         let none = html! { p { (word!("The machines have no wheel of the same name.")) } };
-        return (none.clone(), none);
+        return (none, None);
     }
     let together = comparison.series.is_some();
     let rows = match together {
@@ -196,7 +198,7 @@ fn curves(comparison: &Comparison, a: &Side, b: &Side) -> (Markup, Markup) {
         }
         div.grid { @for chart in &both { (chart) } }
     };
-    let apart = html! { div.grid { @for chart in &differences { (chart) } } };
+    let apart = together.then(|| html! { div.grid { @for chart in &differences { (chart) } } });
     (overlaid, apart)
 }
 

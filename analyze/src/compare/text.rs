@@ -12,6 +12,8 @@ use super::side::SideSummary;
 use crate::base::number::{input_in_words, number, probability, readable};
 use crate::events::support_words::edge_word;
 
+/// Inputs, unless all are requested.
+const MOST_INPUTS: usize = 12;
 /// Lines per unit, unless all are requested.
 const MOST_LINES: usize = 4;
 
@@ -30,7 +32,10 @@ pub enum Extent {
 #[must_use]
 pub fn as_text(comparison: &Comparison, extent: Extent) -> String {
     let all = extent == Extent::Whole;
-    let most = if all { usize::MAX } else { MOST_LINES };
+    let most = match extent {
+        Extent::Usual => MOST_LINES,
+        Extent::Short | Extent::Whole => usize::MAX,
+    };
     let mut text = String::new();
     for (letter, side) in [("A", &comparison.a), ("B", &comparison.b)] {
         let _ = writeln!(text, "{letter}  {}\n   {}", origin(side), side.finding);
@@ -40,7 +45,7 @@ pub fn as_text(comparison: &Comparison, extent: Extent) -> String {
         false => word!("The results are of different logs."),
     };
     let _ = writeln!(text, "{log}");
-    add_inputs(comparison, &mut text);
+    add_inputs(comparison, all, &mut text);
     add_events(comparison, &mut text);
     let _ = writeln!(
         text,
@@ -54,7 +59,7 @@ pub fn as_text(comparison: &Comparison, extent: Extent) -> String {
     // what both have alike tells nothing
     let is_told = |fact: &&FactDifference| match extent {
         Extent::Short => fact.is_least_otf(),
-        Extent::Usual => fact.differs(),
+        Extent::Usual => fact.differs() || fact.a.is_none(),
         Extent::Whole => true,
     };
     for fact in comparison.facts.iter().filter(is_told) {
@@ -108,14 +113,19 @@ pub(super) fn origin(side: &SideSummary) -> String {
     )
 }
 
-fn add_inputs(comparison: &Comparison, text: &mut String) {
+fn add_inputs(comparison: &Comparison, all: bool, text: &mut String) {
     if comparison.inputs.is_empty() {
         let _ = writeln!(text, "{}", word!("Their inputs are the same."));
         return;
     }
     let _ = writeln!(text, "\n{}", word!("Inputs that differ"));
-    for of in &comparison.inputs {
+    let most = if all { usize::MAX } else { MOST_INPUTS };
+    for of in comparison.inputs.iter().take(most) {
         let _ = writeln!(text, "{}", in_words(of));
+    }
+    let others = comparison.inputs.len().saturating_sub(most);
+    if others > 0 {
+        let _ = writeln!(text, "{}", say!("{} more (-v)", others));
     }
     if comparison
         .inputs
@@ -137,7 +147,7 @@ fn add_events(comparison: &Comparison, text: &mut String) {
     }
 }
 
-/// An event, with its values on both sides.
+/// An event, with its times and its confidence on both sides.
 #[must_use]
 pub(super) fn event(pair: &EventPair) -> String {
     let side = |letter: &str, side: &Option<EventSide>| {

@@ -340,10 +340,12 @@ fn rates(shown: &[(i64, ShownUp)], axis: &Vector3<f64>, from_ns: i64, left_ns: i
         .iter()
         .find(|(at_ns, _)| *at_ns >= left_ns)
         .or(shown.last());
-    let is_fitted = |(_, point): &&(i64, ShownUp)| {
-        at_left.is_none_or(|(_, left)| {
-            RotationSpell::rotation_between(axis, &left.up, &point.up) <= FITTED_RAD
-        })
+    let is_fitted = |(at_ns, point): &&(i64, ShownUp)| {
+        // before it, the platform may have stood on other ground
+        *at_ns < left_ns
+            || at_left.is_none_or(|(_, left)| {
+                RotationSpell::rotation_between(axis, &left.up, &point.up) <= FITTED_RAD
+            })
     };
     let from = shown.partition_point(|(at_ns, _)| *at_ns < from_ns);
     let mut rates = Curve::default();
@@ -354,19 +356,27 @@ fn rates(shown: &[(i64, ShownUp)], axis: &Vector3<f64>, from_ns: i64, left_ns: i
     rates
 }
 
-/// From when on the onset of a rotation is searched (ns).
+/// From when on the onset of a rotation is searched (ns): earlier where the onset found lies at the beginning, as long as the rates
+/// have no gap there and show an onset.
 fn searched_from_ns(shown: &[(i64, ShownUp)], axis: &Vector3<f64>, left_ns: i64) -> i64 {
-    let mut from_ns = left_ns.saturating_sub(BEFORE_NS);
-    while shown
-        .first()
-        .is_some_and(|(first_ns, _)| *first_ns < from_ns)
-    {
+    let onset = |from_ns: i64| {
         let rates = rates(shown, axis, from_ns, left_ns);
-        let onset = onset::of_rates(&rates, |_| 0.0, f64::INFINITY);
-        if onset.is_none_or(|onset| onset.at_s >= AT_BEGINNING_S) {
+        let has_gap = (rates.times_s.first().zip(rates.times_s.last()))
+            .is_some_and(|(first_s, last_s)| rates.has_gap(*first_s, *last_s));
+        onset::of_rates(&rates, |_| 0.0, f64::INFINITY).filter(|_| !has_gap)
+    };
+    let mut from_ns = left_ns.saturating_sub(BEFORE_NS);
+    let mut found = onset(from_ns);
+    while found.is_some_and(|onset| onset.at_s < AT_BEGINNING_S) {
+        let earlier_ns = from_ns.saturating_sub(BEFORE_NS);
+        found = onset(earlier_ns);
+        let is_before_all = shown
+            .first()
+            .is_none_or(|(first_ns, _)| *first_ns >= from_ns);
+        if is_before_all || found.is_none() {
             break;
         }
-        from_ns = from_ns.saturating_sub(BEFORE_NS);
+        from_ns = earlier_ns;
     }
     from_ns
 }

@@ -45,7 +45,8 @@ impl Chart {
     /// Leaves room beside the drawing area for the names of lines, which lie on none then. To be called before anything is drawn.
     pub(crate) fn with_names<'n>(mut self, names: impl Iterator<Item = &'n str>) -> Self {
         let longest = names.map(|name| name.chars().count()).max().unwrap_or(0);
-        self.end -= LETTER_WIDTH * longest as f64 + SAMPLE_WIDTH + 2.0;
+        // a very long name is cut by the frame, and leaves the lines a half
+        self.end = (self.end - LETTER_WIDTH * longest as f64 - SAMPLE_WIDTH - 2.0).max(0.5 * WIDTH);
         self
     }
 

@@ -162,7 +162,7 @@ fn note_hidden(
         .collect();
     if let Some((path, reason)) = hidden.first() {
         notify(Update::Note(format!(
-            "{} logs failed in this run and keep their earlier result, the first {path}: {reason}",
+            "logs that failed in this run and keep their earlier result: {}, the first {path}: {reason}",
             hidden.len()
         )));
     }

@@ -361,6 +361,11 @@ pub fn files(folder: &Path) -> Vec<PathBuf> {
 
 /// The first and the last number of the samples in a file, and how many between them are missing.
 pub fn sequences(file: &Path) -> (u64, u64, u64) {
+    known_sequences(file).expect("samples in the file")
+}
+
+/// The same; `None` of a file that has verdicts alone.
+pub fn known_sequences(file: &Path) -> Option<(u64, u64, u64)> {
     let log = Log::open(file).unwrap();
     let topics: Vec<_> = log
         .topics()
@@ -375,6 +380,6 @@ pub fn sequences(file: &Path) -> (u64, u64, u64) {
     })
     .unwrap();
     numbers.sort_unstable();
-    let (first, last) = (numbers[0], numbers[numbers.len() - 1]);
-    (first, last, last - first + 1 - numbers.len() as u64)
+    let (first, last) = (*numbers.first()?, *numbers.last()?);
+    Some((first, last, last - first + 1 - numbers.len() as u64))
 }

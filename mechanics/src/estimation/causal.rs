@@ -214,7 +214,7 @@ impl CausalEstimator {
             None => Ok(()),
         };
         if matches!(sample.sensor, Sensor::Switch(_)) {
-            self.plausibility.pass(sample);
+            self.plausibility.forget_findings();
             return match self.sensors.value_count(sample.sensor) {
                 Some(count) if count == sample.values.len() => told,
                 _ => Err(SampleError::UnknownSensor),
@@ -227,8 +227,10 @@ impl CausalEstimator {
             _ => None,
         };
         if let Some(last) = beside {
-            self.plausibility.pass(sample);
-            return last.ok_or(SampleError::UnknownSensor)?.take(sample);
+            self.plausibility.forget_findings();
+            last.ok_or(SampleError::UnknownSensor)?.take(sample)?;
+            self.plausibility.follow_number(sample);
+            return Ok(());
         }
         let mut measured = std::mem::take(&mut self.measured);
         let sample = self.as_measured(sample, &mut measured);

@@ -246,9 +246,11 @@ impl SessionProofs {
     #[must_use]
     pub fn unproven(self, needed: Proofs, commissioned: Proofs) -> Proofs {
         let unproven = needed.without(commissioned).without(self.proven);
+        // a load that nobody stated is none of the machine's signals
+        let told = needed.with([Proof::Payload].into_iter().collect());
         unproven
             .with(needed.shared_with(self.unchanged))
-            .with(self.disputed)
+            .with(told.shared_with(self.disputed))
     }
 }
 

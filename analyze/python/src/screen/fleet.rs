@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, anyhow};
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
@@ -171,6 +171,15 @@ impl Fleet {
         let sql = "SELECT path, undecided FROM logs WHERE undecided IS NOT NULL ORDER BY path";
         let answer = py.detach(|| query(&self.out, sql));
         let answer = answer.map_err(|error| exception(&error))?;
+        let totals: serde_json::Value = serde_json::from_str(&self.totals).unwrap_or_default();
+        if answer.rows() == 0 && totals["undecided"].as_u64() > Some(0) {
+            // a data set of before schema 7 has no such column
+            let place = self.out.display();
+            let reason = anyhow!(
+                "{place}: expected the reasons of the logs that decide nothing, found none; gather it anew"
+            );
+            return Err(exception(&reason));
+        }
         let text = |value: &serde_json::Value| value.as_str().unwrap_or_default().to_owned();
         let rows = (0..answer.rows()).map(|row| answer.row(row));
         Ok(rows.map(|row| (text(&row[0]), text(&row[1]))).collect())

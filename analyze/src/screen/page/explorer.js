@@ -22,9 +22,8 @@ unpacked('data').json().then(function (data) {
   };
   const margin = function (i) {
     if (!known(data.margin[i])) return data.group[i] === data.groups.length - 1 ? '' : 'not computable';
-    const contradicted = data.group[i] < 3 && data.margin[i] > 2 * (data.sigma[i] || 0);
     return percent(data.margin[i]) + (known(data.sigma[i]) ? ' ± ' + percent(2 * data.sigma[i]) : ' (uncertainty not computable)') +
-      (contradicted ? data.contradicted : '');
+      (data.marks[i] & 2 ? data.contradicted : '');
   };
   const posture = function (i) {
     if (!known(data.posture[i])) return '';
@@ -51,7 +50,7 @@ unpacked('data').json().then(function (data) {
     {head: 'Wheel or support', key: function (i) { return data.wheel[i]; }, text: function (i) { return known(data.wheel[i]) ? data.wheels[data.wheel[i]] : ''; }},
     {head: 'Lifted', down: true, key: function (i) { return data.lifted[i]; }, text: function (i) { return data.lifted[i] ? seconds(data.lifted[i] / 100) : ''; }},
     {head: 'Certainty of the finding', down: true, key: function (i) { return data.sure[i]; }, text: certainty},
-    {head: 'Computable', key: function (i) { return data.valid[i]; }, text: function (i) { return (known(data.valid[i]) ? percent(data.valid[i]) : '') + (data.undecided[i] ? ': not decided' : ''); }},
+    {head: 'Computable', key: function (i) { return data.valid[i]; }, text: function (i) { return (known(data.valid[i]) ? percent(data.valid[i]) : '') + (data.marks[i] & 1 ? ': not decided' : ''); }},
     {head: 'Main cause', key: function (i) { return data.cause[i]; }, text: function (i) { return known(data.cause[i]) ? data.causes[data.cause[i]] : ''; }},
     {head: 'Speed', down: true, key: function (i) { return data.speed[i]; }, text: function (i) { return known(data.speed[i]) ? (data.speed[i] / 10).toFixed(1) + ' m/s' : ''; }},
     {head: 'Tilt', down: true, key: function (i) { return data.tilt[i]; }, text: function (i) { return known(data.tilt[i]) ? data.tilt[i] + '°' : ''; }},

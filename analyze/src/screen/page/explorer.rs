@@ -96,8 +96,8 @@ struct Data {
     computable: Vec<i64>,
     /// Thousandths.
     valid: Vec<Option<i64>>,
-    /// Whether the log decides nothing beside what was found.
-    undecided: Vec<u8>,
+    /// Bits: 1 if the log decides nothing beside what was found, 2 if that contradicts the margin.
+    marks: Vec<u8>,
     cause: Vec<Option<usize>>,
     /// Tenths of m/s, and degrees.
     speed: Vec<Option<i64>>,
@@ -271,9 +271,9 @@ fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> D
         data.tied.push(rank.1 - rank.0);
     };
     // neighbours of one machine and day share most of their names, and pack well
-    let mut by_path: Vec<&Ranked<'_>> = ranked.iter().collect();
-    by_path.sort_by_key(|log| &log.log.record.path);
-    for log in by_path {
+    let mut by_path: Vec<(usize, &Ranked<'_>)> = ranked.iter().enumerate().collect();
+    by_path.sort_by_key(|(_, log)| &log.log.record.path);
+    for (place, log) in by_path {
         let (facts, events) = (log.log.facts, log.log.events);
         identity(&mut data, log.log.record, log.group as usize, log.rank);
         let worst = facts.worst.as_ref();
@@ -294,7 +294,9 @@ fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> D
             .push(whole(surest.as_ref().map(|(stated, _)| *stated), 1e4));
         let told = surest.map(|(_, told)| certainties.place(&told));
         data.certainty.push(told);
-        data.undecided.push(log.log.is_undecided.into());
+        let is_contradicted = contradicts_margin(facts, events);
+        data.marks
+            .push(u8::from(log.log.is_undecided) + 2 * u8::from(is_contradicted));
         data.exposed.push(whole(facts.exposure.exposed_s, 1.0));
         data.computable
             .push(facts.coverage.computable_s.round() as i64);
@@ -304,7 +306,7 @@ fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> D
             .push(whole(moment.and_then(|moment| moment.speed_m_s), 10.0));
         let tilt = moment.and_then(|moment| moment.tilt_rad);
         data.tilt.push(whole(tilt.map(f64::to_degrees), 1.0));
-        let moment = moment.filter(|_| log.rank.0 <= MOST_POSTURES);
+        let moment = moment.filter(|_| place < MOST_POSTURES);
         data.posture
             .push(moment.and_then(|moment| posture(moment, &mut joints)));
         data.events
@@ -343,7 +345,7 @@ fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> D
         data.certainty.push(None);
         data.lifted.push(0);
         data.computable.push(0);
-        data.undecided.push(0);
+        data.marks.push(0);
         data.cause.push(None);
         data.events.push(0);
         data.text.push(Some(texts.place(&reason)));

@@ -11,6 +11,7 @@ use super::joints::{self, JointGuess};
 use super::linkages::{self, LinkageGuess};
 use super::signals::Topics;
 use super::wheels::{self, Wheel};
+use super::words::{SUPPORT, has_word};
 
 /// All guesses.
 #[derive(Clone)]
@@ -169,8 +170,8 @@ impl Guesses {
         pivots.collect()
     }
 
-    /// Links on which the machine may stand besides its wheels, such as outriggers and blades: moving ones that carry nothing, and
-    /// neither of the arm nor of a wheel.
+    /// Links on which the machine may stand besides its wheels, such as outriggers and blades: by their names, moving ones that carry
+    /// nothing, and neither of the arm nor of a wheel.
     pub(super) fn feet(&self) -> Vec<String> {
         let links = &self.outline.links;
         let moves = |mut link: usize| loop {
@@ -190,8 +191,9 @@ impl Guesses {
             wheels.any(|wheel| wheel.link == link || self.outline.is_below(link, wheel.link))
         };
         let carries = |link: usize| links.iter().any(|it| it.parent == Some(link));
-        let feet = (0..links.len())
-            .filter(|&link| moves(link) && !carries(link) && !of_arm(link) && !of_wheel(link));
+        let is_named = |link: usize| has_word(&links[link].name, &SUPPORT);
+        let feet = (0..links.len()).filter(|&link| is_named(link) && moves(link) && !carries(link));
+        let feet = feet.filter(|&link| !of_arm(link) && !of_wheel(link));
         feet.map(|link| links[link].name.clone()).collect()
     }
 

@@ -117,23 +117,24 @@ fn write_wheels(text: &mut Text, guesses: &Guesses, stated: &Stated) {
         let link = &guesses.outline.links[wheel.link].name;
         let head = format!("[wheels.{}]\nlink = {}", key(&wheel.name), quoted(link));
         text.comment(&format!("Wheel: {}.", wheel.why));
+        // of other logs the spans in seconds, or a signal
+        let raised = match stated.raised.contains(&wheel.name) {
+            true => "\nraised = true  # stated at the terminal, of this log",
+            false => "",
+        };
         match &wheel.radius {
             Some((radius, why)) => {
                 head.lines().for_each(|line| {
                     text.line(line);
                 });
                 text.comment(&format!("Radius (m): {why}."));
-                text.line(&format!("radius = {}", number(*radius)));
-                if stated.raised.contains(&wheel.name) {
-                    text.comment("Stated at the terminal: off the ground during this log. For others: the spans in seconds, or a signal.");
-                    text.line("raised = true");
-                }
+                text.line(&format!("radius = {}{raised}", number(*radius)));
             }
             None => {
                 text.comment(
                     "Needed: its radius (m); the URDF has neither a round shape nor a ground frame.",
                 );
-                text.open(&format!("{head}\nradius = 0.0"));
+                text.open(&format!("{head}\nradius = 0.0{raised}"));
             }
         }
     }
@@ -151,7 +152,7 @@ fn write_supports(text: &mut Text, guesses: &Guesses, stated: &Stated) {
     });
     for foot in feet {
         let table = format!(
-            "[supports.{}]\nlink = {}\nset = true",
+            "[supports.{}]\nlink = {}\nxyz = [0.0, 0.0, 0.0]  # m, where it meets the ground, in the link: check\nset = true",
             key(&foot),
             quoted(&foot)
         );

@@ -25,6 +25,19 @@ pub(super) const OTHER: [&str; 19] = [
     "valve",
 ];
 
+/// Words for what a machine stands on besides its wheels.
+pub(super) const SUPPORT: [&str; 9] = [
+    "outrigger",
+    "stabiliser",
+    "stabilizer",
+    "jack",
+    "leg",
+    "foot",
+    "blade",
+    "spade",
+    "support",
+];
+
 /// The words of a name in lower case, split where the kind of character changes: `frontWheel_2` gives
 /// front, wheel, 2.
 pub(super) fn words(name: &str) -> Vec<String> {

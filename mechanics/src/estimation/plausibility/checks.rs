@@ -152,9 +152,13 @@ impl Plausibility {
         self.findings.iter().any(Finding::lacks_a_value)
     }
 
-    /// Takes a sample of which the state is not estimated: nothing is found in it.
-    pub(in crate::estimation) fn pass(&mut self, sample: &Sample<'_>) {
+    /// Forgets what was found in the last sample: the next one is not checked.
+    pub(in crate::estimation) fn forget_findings(&mut self) {
         self.findings.clear();
+    }
+
+    /// Follows a number of which the state is not estimated.
+    pub(in crate::estimation) fn follow_number(&mut self, sample: &Sample<'_>) {
         self.signals.follow_number(sample);
     }
 

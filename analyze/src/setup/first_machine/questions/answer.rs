@@ -72,7 +72,7 @@ impl Kind {
             Self::Position { slides, signals } => position(text, *slides, signals),
             Self::Names(names) => (
                 some_of(text, names).map(Answer::Names),
-                format!("names out of {}, or \"all\"", names.join(", ")),
+                format!("names out of {}, \"all\" or \"none\"", names.join(", ")),
             ),
         };
         answer.map(Some).ok_or_else(|| refusal(&expected, text))
@@ -103,8 +103,10 @@ fn position(text: &str, slides: bool, signals: &[(String, String)]) -> (Option<A
 }
 
 fn some_of(text: &str, names: &[String]) -> Option<Vec<String>> {
-    if text == "all" {
-        return Some(names.to_vec());
+    match text {
+        "all" => return Some(names.to_vec()),
+        "none" => return Some(Vec::new()),
+        _ => {}
     }
     let chosen: Vec<String> = parts(text).map(str::to_owned).collect();
     chosen

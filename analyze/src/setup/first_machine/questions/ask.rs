@@ -51,13 +51,16 @@ fn ask_for(
     input: &mut dyn BufRead,
     output: &mut dyn Write,
 ) -> Result<()> {
-    let is_answered = match value.subject {
+    let has_supports = !draft.stated.supports.is_empty();
+    let is_needless = match value.subject {
         // tyres on flat ground have split the load already
         Subject::RollMomentDistribution => draft.stated.tyre_stiffness.is_some(),
-        Subject::Raised => draft.stated.supports.is_empty(),
+        // of an outrigger the stiffness would be needed, too
+        Subject::TyreStiffness => has_supports,
+        Subject::Raised => !has_supports,
         _ => false,
     };
-    if is_answered {
+    if is_needless {
         return Ok(());
     }
     writeln!(output)?;

@@ -72,7 +72,7 @@ pub(super) struct Evidence {
     pub(super) sum: f64,
     /// Over all windows.
     pub(super) total: f64,
-    /// The value as if nothing were forgotten.
+    /// The value without what a hole resets, and without what proves nothing against the alternative.
     remembered: f64,
     /// The same for "all sensors are sound" against it, and whether that has exceeded the threshold.
     against: f64,
@@ -108,10 +108,10 @@ impl Evidence {
 
     /// The same of a window that may speak for the alternative and proves nothing against it.
     pub(super) fn add_unproven(&mut self, start_ns: i64, ratio: f64, threshold: f64) {
-        let before = (self.against, self.is_refuted);
+        let before = (self.against, self.is_refuted, self.remembered);
         self.add(start_ns, ratio, threshold);
         if ratio < 0.0 {
-            (self.against, self.is_refuted) = before;
+            (self.against, self.is_refuted, self.remembered) = before;
         }
     }
 
@@ -125,8 +125,8 @@ impl Evidence {
         self.against
     }
 
-    /// Whether the windows have made an alternative of this probability beforehand the more likely one. A hole changes nothing in
-    /// that: only windows do that speak against it.
+    /// Whether the windows have raised an alternative of this probability beforehand above all sensors being sound, as a cumulative
+    /// sum that begins where it helps the alternative most. Only windows that speak against it take that back: no hole does.
     pub(super) fn disputes(&self, beforehand: f64) -> bool {
         self.remembered > -beforehand.ln()
     }

@@ -165,6 +165,7 @@ impl Relations {
             if let Some(lean) = &mut self.lean {
                 lean.distrust();
             }
+            self.prove();
             return;
         }
         let (force, turning, xyzw) = (

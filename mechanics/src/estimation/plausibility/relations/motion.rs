@@ -305,12 +305,10 @@ impl SpecificForceRelation {
         }
     }
 
-    /// Whether an alternative of this probability beforehand is the more likely one by now.
+    /// Whether an alternative of this probability beforehand is the more likely one by now, by the odometry or by the wheels: what
+    /// one has shown holds while the other is used.
     pub(super) fn is_disputed(&self, beforehand: f64) -> bool {
-        match self.uses_wheels {
-            true => self.by_wheels.is_disputed(beforehand),
-            false => self.by_odometry.is_disputed(beforehand),
-        }
+        self.by_wheels.is_disputed(beforehand) || self.by_odometry.is_disputed(beforehand)
     }
 
     pub(super) fn standing(&self) -> Standing {
