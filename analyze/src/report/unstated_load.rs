@@ -355,24 +355,7 @@ mod tests {
 
     /// What a rotation is told with whose explanations have these probabilities.
     fn told(explanations: &[(&'static str, f64)]) -> String {
-        let explanation = |&(kind, probability): &(&'static str, f64)| Explanation {
-            kind,
-            subject: Some("tilt".into()),
-            probability,
-            log_evidence: 0.0,
-            amounts: Vec::new(),
-        };
-        let fall = ExplainedFall {
-            edge: "left".into(),
-            onset_ns: 0,
-            until_ns: 0,
-            rotation_rad: 0.0,
-            rows: 0,
-            lean_rows: 0,
-            explanations: explanations.iter().map(explanation).collect(),
-            load: None,
-            not_estimated: None,
-        };
+        let fall = ExplainedFall::by(explanations);
         with_next("told".into(), &fall, &fall.explanations[0])
     }
 

@@ -104,8 +104,8 @@ def check(browser, page):
 
 
 def collisions(browser):
-    """Labels of a picture from above or the side never cover each other."""
-    found = browser.run("""[...document.querySelectorAll('svg.top-view:not(.turn)')].flatMap(svg => {
+    """Labels of a picture or a chart never cover each other."""
+    found = browser.run("""[...document.querySelectorAll('svg.top-view:not(.turn), svg.chart')].flatMap(svg => {
         const boxes = [...svg.querySelectorAll('text')].map(t => [t.textContent, t.getBoundingClientRect()]);
         return boxes.flatMap(([name, a], i) => boxes.slice(i + 1)
             .filter(([_, b]) => Math.min(a.right, b.right) - Math.max(a.left, b.left) > 1

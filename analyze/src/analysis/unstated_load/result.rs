@@ -136,19 +136,17 @@ pub struct Agreement {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// What a fall is told with whose explanations have these probabilities.
-    fn told(explanations: &[(&'static str, f64)]) -> Option<&'static str> {
+impl ExplainedFall {
+    /// A fall whose explanations, each about the joint "tilt", have these probabilities.
+    pub(crate) fn by(explanations: &[(&'static str, f64)]) -> Self {
         let explanation = |&(kind, probability): &(&'static str, f64)| Explanation {
             kind,
-            subject: None,
+            subject: Some("tilt".into()),
             probability,
             log_evidence: 0.0,
             amounts: Vec::new(),
         };
-        let fall = ExplainedFall {
+        Self {
             edge: "left".into(),
             onset_ns: 0,
             until_ns: 0,
@@ -158,8 +156,17 @@ mod tests {
             explanations: explanations.iter().map(explanation).collect(),
             load: None,
             not_estimated: None,
-        };
-        fall.told().map(|it| it.kind)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a fall is told with whose explanations have these probabilities.
+    fn told(explanations: &[(&'static str, f64)]) -> Option<&'static str> {
+        ExplainedFall::by(explanations).told().map(|it| it.kind)
     }
 
     #[test]

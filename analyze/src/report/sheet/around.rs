@@ -204,7 +204,8 @@ fn chart(title: &str, curves: &[Named], span: (f64, f64), onset_s: f64, from_zer
         let time = span.0 + share * (span.1 - span.0);
         chart.label_x(time, &format!("{time:.1}"));
     }
-    for value in [low, 0.0, high] {
+    let lowest = Some(low).filter(|low| *low < 0.0);
+    for value in lowest.into_iter().chain([0.0, high]) {
         // ends that are close to zero would cover its label
         if value == 0.0 || value.abs() > 0.12 * (high - low) {
             chart.label_y(value, &value.to_string());
