@@ -39,6 +39,26 @@ fn options(suspension: SuspensionMode) -> WhatIfOptions {
     }
 }
 
+/// The platform stood as recorded, which says nothing against a heavier load: the more of it, the surer it tips.
+#[test]
+fn more_load_makes_tipping_no_less_likely() {
+    let log = data("tip_over.mcap");
+    let file = MachineFile::read(&log.with_extension("toml")).unwrap();
+    let tipping = [50.0, 150.0, 300.0].map(|payload_kg| {
+        let suppositions = Suppositions {
+            payload_kg: Some(payload_kg),
+            ..Suppositions::default()
+        };
+        let [_, supposed] = suppose(&log, &file, Options::default(), &suppositions).unwrap();
+        let mut tippings = supposed
+            .events
+            .iter()
+            .filter(|event| event.kind == EventKind::EdgeTipping);
+        tippings.find_map(|event| event.certainty).unwrap()
+    });
+    assert!(tipping.is_sorted() && tipping[0] > 0.9, "{tipping:?}");
+}
+
 /// With the rods as recorded, a replay gives the loads of the analysis.
 #[test]
 fn a_replay_as_recorded_gives_the_recorded_loads() {

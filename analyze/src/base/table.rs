@@ -44,6 +44,8 @@ pub struct Table {
     /// Times, first and last, in which the platform rotates about an edge (ns).
     rotating: Vec<[i64; 2]>,
     proofs: ProofRecord,
+    /// Whether the loads are those of something supposed, of which the recorded motion of the platform shows nothing.
+    is_supposed: bool,
     widening: Option<Arc<dyn Widening>>,
     /// The sets of supports, if they come and go; the machine of `evaluator` then only names the columns.
     supports: Option<Arc<SupportSets>>,
@@ -71,6 +73,7 @@ impl Table {
             record,
             rotating: Vec::new(),
             proofs: ProofRecord::default(),
+            is_supposed: false,
             widening: None,
             supports: None,
             commands: None,
@@ -93,6 +96,17 @@ impl Table {
     pub(crate) fn resting_on(mut self, proofs: ProofRecord) -> Self {
         self.proofs = proofs;
         self
+    }
+
+    /// States whether the loads are those of something supposed.
+    pub(crate) fn supposing(mut self, is_supposed: bool) -> Self {
+        self.is_supposed = is_supposed;
+        self
+    }
+
+    /// Whether the loads are those of something supposed.
+    pub(crate) fn is_supposed(&self) -> bool {
+        self.is_supposed
     }
 
     /// Predicts what is ahead of each row: for rows whose states know nothing of what follows.
@@ -132,6 +146,7 @@ impl Table {
             record: MonitorRecord::default(),
             rotating: self.rotating.clone(),
             proofs: self.proofs.clone(),
+            is_supposed: self.is_supposed,
             widening: self.widening.clone(),
             supports: None,
             commands: None,

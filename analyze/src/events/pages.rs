@@ -38,6 +38,11 @@ pub(super) struct Pages<'a> {
 }
 
 impl<'a> Pages<'a> {
+    /// Whether the loads are those of something supposed.
+    pub(super) fn is_supposed(&self) -> bool {
+        self.table.is_supposed()
+    }
+
     pub(super) fn new(machine: &'a Machine, table: &'a Table) -> Self {
         Self {
             machine,

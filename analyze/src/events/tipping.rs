@@ -627,12 +627,17 @@ impl OfEdge<'_, '_> {
         let (judged, least_n) = least(load, episode);
         let certainty = normal_distribution(-least_n / blank.sigma_n);
         let weight_n = self.rows.value(Quantity::NormalForce, episode.first);
-        Tipping {
-            loads_are_right: is_right(
+        // a machine that is supposed may carry its load where the recorded one would have fallen
+        let loads_are_right = match self.rows.is_supposed() {
+            true => 1.0,
+            false => is_right(
                 (least_n, blank.sigma_n),
                 (rotation.0, self.rotation_sigma_rad(episode.first)),
                 weight_n,
             ),
+        };
+        Tipping {
+            loads_are_right,
             episode,
             onset: onset::passage(&curve, near_s, blank.sigma_n),
             rotation,

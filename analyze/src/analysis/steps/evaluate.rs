@@ -95,6 +95,7 @@ impl EvaluatedLog {
         let named = prepared.named(machine);
         let mut table = Table::new(named, rows, scope, &model, record)
             .rotating(rotating)
+            .supposing(!task.is_recorded())
             .resting_on(ProofRecord {
                 needed,
                 commissioned,
