@@ -1,12 +1,14 @@
 """Makes the pictures of README and book from the program's own output.
 
-    pip install pyte pillow matplotlib polars ./python
+    pip install pyte pillow matplotlib polars websocket-client ./python
     cargo build --workspace --bins
     python book/pictures/make.py [FOLDER OF THE PROGRAMS]
 
 Needs Chromium in PATH. The figures of the two papers have scripts of their own in tests/figures.
 """
 
+import base64
+import io
 import os
 import pty
 import select
@@ -41,14 +43,36 @@ DRAWN_AFTER_S = 1.0
 def main():
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
-        run(TIPWATCH, "--quiet", "demo", "--out", folder / "demo")
-        screenshot(folder / "demo" / "report.html", OUT / "report.png", 1100, 1240, folder)
+        run(TIPWATCH, "--quiet", "demo", "--out", "demo", within=folder)
+        first_sheet(folder / "demo" / "report.html", OUT / "report.png", folder)
         fleet(folder)
         screenshot(folder / "fleet" / "fleet.html", OUT / "fleet.png", 1100, 1000, folder)
         (OUT / "watch.svg").write_text(watch(folder))
         for template in SHEETS:
             from_sheet(folder, template)
         of_python(folder)
+
+
+def first_sheet(page, out, folder):
+    """The summary of a report as it is printed."""
+    sys.path.insert(0, str(ROOT / "analyze" / "tests" / "browser"))
+    from browser import Browser
+
+    scale, width, margin = 1.5, 688, 20
+    browser = Browser(folder / "browser")
+    browser.ask("Page.enable")
+    browser.ask("Emulation.setEmulatedMedia", media="print")
+    browser.ask("Emulation.setDeviceMetricsOverride", width=width, height=1032, deviceScaleFactor=scale, mobile=True)
+    browser.ask("Page.navigate", url=page.as_uri())
+    browser.wait_for("Page.loadEventFired")
+    time.sleep(2)
+    height = browser.run("document.querySelector('.sheet').getBoundingClientRect().bottom")
+    shot = base64.b64decode(browser.ask("Page.captureScreenshot")["data"])
+    browser.close()
+    shot = Image.open(io.BytesIO(shot)).convert("RGB").crop((0, 0, round(width * scale), round(height * scale)))
+    framed = Image.new("RGB", (shot.width + 2 * margin, shot.height + 2 * margin), "white")
+    framed.paste(shot, (margin, margin))
+    framed.quantize(128, dither=Image.Dither.NONE).save(out, optimize=True)
 
 
 def from_sheet(folder, template):
@@ -74,9 +98,9 @@ def of_python(folder):
         found.save(OUT / f"python_{picture}.png", optimize=True)
 
 
-def run(*command):
+def run(*command, within=None):
     # a finding or a lost message is no failure
-    done = subprocess.run([str(c) for c in command], stdout=subprocess.DEVNULL)
+    done = subprocess.run([str(c) for c in command], cwd=within, stdout=subprocess.DEVNULL)
     assert done.returncode in (0, 3), f"{command}: exit code {done.returncode}"
 
 
