@@ -367,13 +367,15 @@ fn searched_from_ns(shown: &[(i64, ShownUp)], axis: &Vector3<f64>, left_ns: i64)
     };
     let mut from_ns = left_ns.saturating_sub(BEFORE_NS);
     let mut found = onset(from_ns);
-    while found.is_some_and(|onset| onset.at_s < AT_BEGINNING_S) {
+    let has_earlier = |from_ns: i64| {
+        shown
+            .first()
+            .is_some_and(|(first_ns, _)| *first_ns < from_ns)
+    };
+    while found.is_some_and(|onset| onset.at_s < AT_BEGINNING_S) && has_earlier(from_ns) {
         let earlier_ns = from_ns.saturating_sub(BEFORE_NS);
         found = onset(earlier_ns);
-        let is_before_all = shown
-            .first()
-            .is_none_or(|(first_ns, _)| *first_ns >= from_ns);
-        if is_before_all || found.is_none() {
+        if found.is_none() {
             break;
         }
         from_ns = earlier_ns;

@@ -53,7 +53,8 @@ pub static TABLES: LazyLock<[(&str, Vec<ColumnInfo>); 3]> = LazyLock::new(|| {
     ]
 });
 
-/// Writes the tables of all logs, of which at least `min_valid` of the time must be computable to decide anything, and removes files that are no longer part of them.
+/// Writes the tables of all logs, of which at least `min_valid` of the time must be computable to decide anything, and removes files
+/// that are no longer part of them.
 pub(super) fn write(rows: &[LogRow], min_valid: f64, out: &Path) -> Result<()> {
     let mut months: BTreeMap<String, Vec<&LogRow>> = BTreeMap::new();
     for row in rows {

@@ -181,19 +181,15 @@ impl Guesses {
                 (false, None) => break false,
             }
         };
-        let of_arm = |link: usize| {
-            let root = |arm: &arm::Guess| links.iter().position(|it| it.name == arm.link);
-            let root = self.arm.as_ref().and_then(root);
-            root.is_some_and(|root| link == root || self.outline.is_below(link, root))
-        };
-        let of_wheel = |link: usize| {
-            let mut wheels = self.wheels.iter();
-            wheels.any(|wheel| wheel.link == link || self.outline.is_below(link, wheel.link))
-        };
+        let arm = self.arm.as_ref();
+        let arm = arm.and_then(|arm| links.iter().position(|link| link.name == arm.link));
+        let others = || self.wheels.iter().map(|wheel| wheel.link).chain(arm);
+        let is_of_another =
+            |link: usize| others().any(|other| link == other || self.outline.is_below(link, other));
         let carries = |link: usize| links.iter().any(|it| it.parent == Some(link));
         let is_named = |link: usize| has_word(&links[link].name, &SUPPORT);
         let feet = (0..links.len()).filter(|&link| is_named(link) && moves(link) && !carries(link));
-        let feet = feet.filter(|&link| !of_arm(link) && !of_wheel(link));
+        let feet = feet.filter(|&link| !is_of_another(link));
         feet.map(|link| links[link].name.clone()).collect()
     }
 
