@@ -86,4 +86,14 @@ impl Producer {
         let slowest = self.progress.slowest(&self.samples, sent);
         Ok(slowest.map(|next| sent.saturating_sub(next)))
     }
+
+    /// Whether a reader, which may be gone since, has taken all samples.
+    ///
+    /// # Errors
+    /// The shared memory fails.
+    pub fn was_read(&mut self) -> Result<bool> {
+        let sent = self.samples.sequence();
+        self.progress.update(sent)?;
+        Ok(self.progress.has_reached(sent))
+    }
 }

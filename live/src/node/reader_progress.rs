@@ -53,6 +53,12 @@ impl ReaderProgress {
         Ok(())
     }
 
+    /// Whether a reader, which may be gone since, has taken all samples before this sequence number.
+    #[must_use]
+    pub fn has_reached(&self, sequence: u64) -> bool {
+        self.next.values().any(|next| *next >= sequence)
+    }
+
     /// The lowest sequence number that a reader expects next: `None` if one has not reported yet, `sent` if
     /// there is no reader.
     #[must_use]

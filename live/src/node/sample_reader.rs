@@ -5,7 +5,7 @@ use anyhow::Result;
 use super::live_node::LiveNode;
 use super::port::{Receiver, Sender};
 use super::reader_progress::NOTHING_YET;
-use crate::wire::topics::{Topic, Wire, WireProgress, WireSample, WireSession};
+use crate::wire::topics::{Kind, Topic, Wire, WireProgress, WireSample, WireSession};
 
 /// Samples after which progress is reported even if more wait.
 const REPORT_SAMPLES: u32 = 64;
@@ -70,12 +70,17 @@ impl SampleReader {
     /// # Errors
     /// The shared memory fails.
     pub fn sample<R>(&mut self, take: impl FnOnce(&WireSample) -> R) -> Result<Option<R>> {
-        let mut next = None;
+        let (mut next, mut is_end) = (None, false);
         let taken = self.samples.receive(|wire| {
             next = Some((wire.source, wire.sequence.wrapping_add(1)));
+            is_end = wire.kind == Kind::End as u32;
             take(wire)
         })?;
         if self.reports {
+            if is_end {
+                // this reader may be gone before it looks for another sample
+                self.since_report = REPORT_SAMPLES;
+            }
             self.keep_reporting(next)?;
         }
         Ok(taken)
