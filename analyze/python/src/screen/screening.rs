@@ -7,9 +7,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use anyhow::{Result, anyhow, bail};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict};
+use tipwatch_analyze::policy::Policy;
 use tipwatch_analyze::screen::{
-    DEFAULT_ATTEMPTS, Fleet as Machines, Gathering, MOST_JOBS, Output, Reports, Request, Screen,
-    Shard, Update, gather as gather_records, screen as screen_logs,
+    DEFAULT_ATTEMPTS, Fleet as Machines, Gathering, MOST_JOBS, Output, Reports, Request, Shard,
+    Update, gather as gather_records, screen as screen_logs,
 };
 use tipwatch_binding::MachineFile;
 
@@ -190,88 +191,146 @@ pub(crate) fn screen(
     let numbers = checked().map_err(|error| exception(&error))?;
     // before hours of analyses
     let rules = rules(policy.as_ref(), fail_on.as_ref()).map_err(|error| exception(&error))?;
-    let machine = machine.map(machine_file).transpose()?;
-    let Places(logs) = logs;
-    let fleet = fleet.map(Place::into_path);
     let progress = Progress::of(py, progress, "Logs", ())?;
-    if runner != "threads" {
-        let Some(out) = out else {
+    let Places(logs) = logs;
+    let call = Call {
+        logs,
+        out: out.map(Place::into_path),
+        machine: machine.map(machine_file).transpose()?,
+        fleet: fleet.map(Place::into_path),
+        accept_inertias,
+        resume,
+        prune,
+        stated,
+        numbers,
+        min_valid,
+        reports,
+    };
+    if runner == "threads" {
+        let work = call.work(records, gather, shard);
+        let (work, place) = work.map_err(|error| exception(&error))?;
+        return call.on_threads(py, &work, place, rules.as_ref(), progress);
+    }
+    let judged = PyDict::new(py);
+    judged.set_item("min_valid", min_valid)?;
+    judged.set_item("policy", policy.map(Place::into_path))?;
+    judged.set_item("fail_on", fail_on.map(|Words(kinds)| kinds))?;
+    judged.set_item("prune", prune)?;
+    call.by_engine(py, runner, judged, progress)
+}
+
+/// What is asked, by threads or by an engine.
+struct Call<'a> {
+    logs: Vec<PathBuf>,
+    out: Option<PathBuf>,
+    machine: Option<MachineFile>,
+    fleet: Option<PathBuf>,
+    accept_inertias: bool,
+    resume: bool,
+    prune: bool,
+    stated: Stated,
+    numbers: Numbers,
+    min_valid: Option<f64>,
+    reports: Option<&'a str>,
+}
+
+impl Call<'_> {
+    /// By workers of an engine.
+    fn by_engine(
+        self,
+        py: Python<'_>,
+        runner: &str,
+        judged: Bound<'_, PyDict>,
+        progress: Progress<'_>,
+    ) -> PyResult<Py<Fleet>> {
+        let Some(out) = self.out else {
             return Err(exception(&anyhow!(Mistake(
                 "expected out, found none".into()
             ))));
         };
+        let options = self.stated.keywords(py)?;
+        options.set_item("accept_inertias", self.accept_inertias)?;
+        options.set_item("reports", self.reports)?;
         let arguments = PyDict::new(py);
         // as text: a path object would not keep the two slashes of a URL
-        arguments.set_item("out", out.into_path().into_os_string())?;
-        arguments.set_item("machine", machine.map(as_in_its_file).transpose()?)?;
-        arguments.set_item("fleet", fleet)?;
-        let options = stated.keywords(py)?;
-        options.set_item("accept_inertias", accept_inertias)?;
-        options.set_item("reports", reports)?;
+        arguments.set_item("out", out.into_os_string())?;
+        arguments.set_item("machine", self.machine.map(as_in_its_file).transpose()?)?;
+        arguments.set_item("fleet", self.fleet)?;
         arguments.set_item("options", options)?;
-        arguments.set_item("resume", resume)?;
-        arguments.set_item("jobs", numbers.jobs)?;
-        let judged = PyDict::new(py);
-        judged.set_item("min_valid", min_valid)?;
-        judged.set_item("policy", policy.map(Place::into_path))?;
-        judged.set_item("fail_on", fail_on.map(|Words(kinds)| kinds))?;
-        judged.set_item("prune", prune)?;
+        arguments.set_item("resume", self.resume)?;
+        arguments.set_item("jobs", self.numbers.jobs)?;
         arguments.set_item("judged", judged)?;
-        arguments.set_item("retries", numbers.retries)?;
+        arguments.set_item("retries", self.numbers.retries)?;
         arguments.set_item("tell", progress.function())?;
-        let logs: Vec<OsString> = logs.into_iter().map(PathBuf::into_os_string).collect();
+        let logs: Vec<OsString> = self.logs.into_iter().map(PathBuf::into_os_string).collect();
         let engines = py.import("tipwatch._engines")?;
         let found = engines.call_method("screen", (runner, logs), Some(&arguments));
         progress.end(found.is_ok())?;
-        return Ok(found?.cast_into::<Fleet>()?.unbind());
+        Ok(found?.cast_into::<Fleet>()?.unbind())
     }
-    let read = || {
-        let options = stated.options()?;
-        let (place, output) = match (out, records) {
-            (Some(out), None) => (out.into_path(), Output::DataSet),
+
+    /// What the threads of this process do, and the place of its results.
+    ///
+    /// # Errors
+    /// A keyword is missing, or its value cannot be used.
+    fn work(
+        &self,
+        records: Option<Place>,
+        gather: Gather,
+        shard: Option<&str>,
+    ) -> Result<(Work, PathBuf)> {
+        let (place, output) = match (&self.out, records) {
+            (Some(out), None) => (out.clone(), Output::DataSet),
             (None, Some(records)) => {
-                let attempts = numbers.attempts;
+                let attempts = self.numbers.attempts;
                 (records.into_path(), Output::Records { attempts })
             }
             _ => bail!(Mistake("expected either out or records".into())),
         };
-        let work = match gather.records(&place) {
-            Some(records) => Work::Gather(records),
-            None => {
-                let machines = match (machine, &fleet) {
-                    (Some(machine), None) => Machines::of_one(machine),
-                    (None, Some(fleet)) => Machines::read(fleet)?,
-                    _ => bail!(Mistake("expected either machine or fleet".into())),
-                };
-                Work::Analyse {
-                    machines: accepting(machines, accept_inertias)?,
-                    shard: shard.map(part).transpose()?,
-                    reports: value("reports", reports, Reports::default())?,
-                    output,
-                }
-            }
-        };
-        Ok((work, place, options))
-    };
-    let (work, place, options) = read().map_err(|error: anyhow::Error| exception(&error))?;
-    let (done, all) = (AtomicUsize::new(0), AtomicUsize::new(0));
-    let notes = Notes::default();
-    let notify = |update: Update<'_>| match update {
-        Update::Begin(logs) => all.store(logs, Ordering::Relaxed),
-        Update::Done { .. } => {
-            done.fetch_add(1, Ordering::Relaxed);
+        if let Some(records) = gather.records(&place) {
+            return Ok((Work::Gather(records), place));
         }
-        told => notes.take(told),
-    };
-    let gate = gate(rules.as_ref(), min_valid);
-    let compute = |stop: &Stop| -> Result<Screen> {
-        match &work {
+        let machines = match (&self.machine, &self.fleet) {
+            (Some(machine), None) => Machines::of_one(machine.clone()),
+            (None, Some(fleet)) => Machines::read(fleet)?,
+            _ => bail!(Mistake("expected either machine or fleet".into())),
+        };
+        let work = Work::Analyse {
+            machines: accepting(machines, self.accept_inertias)?,
+            shard: shard.map(part).transpose()?,
+            reports: value("reports", self.reports, Reports::default())?,
+            output,
+        };
+        Ok((work, place))
+    }
+
+    /// By the threads of this process.
+    fn on_threads(
+        &self,
+        py: Python<'_>,
+        work: &Work,
+        place: PathBuf,
+        rules: Option<&Policy>,
+        progress: Progress<'_>,
+    ) -> PyResult<Py<Fleet>> {
+        let options = self.stated.options().map_err(|error| exception(&error))?;
+        let (done, all) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        let notes = Notes::default();
+        let notify = |update: Update<'_>| match update {
+            Update::Begin(logs) => all.store(logs, Ordering::Relaxed),
+            Update::Done { .. } => {
+                done.fetch_add(1, Ordering::Relaxed);
+            }
+            told => notes.take(told),
+        };
+        let gate = gate(rules, self.min_valid);
+        let compute = |stop: &Stop| match work {
             Work::Gather(records) => {
                 let asked = Gathering {
                     records,
                     out: &place,
-                    logs: &logs,
-                    prune,
+                    logs: &self.logs,
+                    prune: self.prune,
                     options,
                 };
                 gather_records(&asked, gate, &notify)
@@ -284,30 +343,30 @@ pub(crate) fn screen(
             } => {
                 let processors = || std::thread::available_parallelism().map_or(1, usize::from);
                 let memory_bytes =
-                    (numbers.memory_gib).map(|gib| (gib * f64::from(1 << 30)) as u64);
+                    (self.numbers.memory_gib).map(|gib| (gib * f64::from(1 << 30)) as u64);
                 let request = Request {
-                    logs: &logs,
+                    logs: &self.logs,
                     out: &place,
                     output: *output,
-                    jobs: numbers.jobs.map_or_else(processors, |jobs| jobs as usize),
+                    jobs: (self.numbers.jobs).map_or_else(processors, |jobs| jobs as usize),
                     memory_bytes,
                     shard: *shard,
-                    resume,
-                    prune,
+                    resume: self.resume,
+                    prune: self.prune,
                     reports: *reports,
                     options,
                     stop: Some(stop.flag()),
                 };
                 screen_logs(&request, machines, gate, &notify)
             }
-        }
-    };
-    let found = interruptible(py, compute, |_| {
-        progress.tell((done.load(Ordering::Relaxed), all.load(Ordering::Relaxed)))
-    });
-    progress.end(matches!(found, Ok(Ok(_))))?;
-    let found = found?.and_then(|found| Fleet::of(place, found, notes.drain()));
-    Fleet::told(py, found.map_err(|error| exception(&error))?)
+        };
+        let found = interruptible(py, compute, |_| {
+            progress.tell((done.load(Ordering::Relaxed), all.load(Ordering::Relaxed)))
+        });
+        progress.end(matches!(found, Ok(Ok(_))))?;
+        let found = found?.and_then(|found| Fleet::of(place, found, notes.drain()));
+        Fleet::told(py, found.map_err(|error| exception(&error))?)
+    }
 }
 
 /// Further workers of an engine that a log may lose, unless another number is asked for.
