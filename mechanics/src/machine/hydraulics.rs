@@ -2,62 +2,40 @@
 
 use std::f64::consts::PI;
 
-use serde::Deserialize;
-
-/// `[suspension.hydraulics]`: common to all actuators of the suspension. By default, cylinder and dead volumes
-/// are those published for the lift cylinder of the first paper's arm, the valve is that of the second paper.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct HydraulicsSpec {
-    /// Diameter of the piston (m).
-    pub bore: f64,
-    /// Diameter of the rod (m).
-    pub rod: f64,
-    /// Oil volume in hoses and cylinder on the piston side with the rod fully retracted (m^3).
-    pub dead_volume_piston: f64,
-    /// Oil volume on the rod side with the rod fully extended (m^3).
-    pub dead_volume_rod: f64,
-    /// Bulk modulus of the oil (Pa).
-    pub bulk_modulus: f64,
-    /// Supply pressure (Pa).
-    pub supply_pressure: f64,
-    /// Tank pressure (Pa).
-    pub tank_pressure: f64,
-    /// Pressure at which a chamber's relief valve opens (Pa); default 1.2 times the supply pressure.
-    pub relief_pressure: Option<f64>,
-    /// Flow of the fully open valve at the nominal pressure drop of an edge (m^3/s).
-    pub valve_flow: f64,
-    /// Nominal pressure drop (Pa).
-    pub valve_pressure_drop: f64,
-    /// Relative flow coefficients of the edges, in the order supply to piston, piston to tank, supply to rod, rod
-    /// to tank: c_p1, c_n1, c_p2, c_n2.
-    pub edges: [f64; 4],
-    /// Gain k_p of the valve law (1/m).
-    pub gain: f64,
-    /// Slew rate of the valve: full openings per second (1/s).
-    pub valve_rate: f64,
-    /// Viscous friction of the seals (N s/m).
-    pub friction: f64,
-}
-
-impl Default for HydraulicsSpec {
-    fn default() -> Self {
-        Self {
-            bore: 0.080,
-            rod: 0.045,
-            dead_volume_piston: 3e-3,
-            dead_volume_rod: 3e-3,
-            bulk_modulus: 1e9,
-            supply_pressure: 21e6,
-            tank_pressure: 0.0,
-            relief_pressure: None,
-            valve_flow: 40e-3 / 60.0,
-            valve_pressure_drop: 3.5e6,
-            edges: [1.0; 4],
-            gain: 10.0,
-            valve_rate: 20.0,
-            friction: 2e4,
-        }
+table! {
+    /// `[suspension.hydraulics]`: common to all actuators of the suspension. By default, cylinder and dead volumes
+    /// are those published for the lift cylinder of the first paper's arm, the valve is that of the second paper.
+    #[derive(Copy)]
+    pub struct HydraulicsSpec {
+        /// Diameter of the piston (m).
+        bore: f64 = 0.080, positive;
+        /// Diameter of the rod (m).
+        rod: f64 = 0.045, positive;
+        /// Oil volume in hoses and cylinder on the piston side with the rod fully retracted (m^3).
+        dead_volume_piston: f64 = 3e-3, positive;
+        /// Oil volume on the rod side with the rod fully extended (m^3).
+        dead_volume_rod: f64 = 3e-3, positive;
+        /// Bulk modulus of the oil (Pa).
+        bulk_modulus: f64 = 1e9, positive;
+        /// Supply pressure (Pa).
+        supply_pressure: f64 = 21e6, positive;
+        /// Tank pressure (Pa).
+        tank_pressure: f64 = 0.0;
+        /// Pressure at which a chamber's relief valve opens (Pa); default 1.2 times the supply pressure.
+        relief_pressure: Option<f64> = None;
+        /// Flow of the fully open valve at the nominal pressure drop of an edge (m^3/s).
+        valve_flow: f64 = 40e-3 / 60.0, positive;
+        /// Nominal pressure drop (Pa).
+        valve_pressure_drop: f64 = 3.5e6, positive;
+        /// Relative flow coefficients of the edges, in the order supply to piston, piston to tank, supply to rod, rod
+        /// to tank: c_p1, c_n1, c_p2, c_n2.
+        edges: [f64; 4] = [1.0; 4], positive;
+        /// Gain k_p of the valve law (1/m).
+        gain: f64 = 10.0, positive;
+        /// Slew rate of the valve: full openings per second (1/s).
+        valve_rate: f64 = 20.0, positive;
+        /// Viscous friction of the seals (N s/m).
+        friction: f64 = 2e4, not_negative;
     }
 }
 
@@ -93,27 +71,9 @@ pub struct HydraulicParameters {
 impl HydraulicsSpec {
     /// The first invalid parameter: its key, what was expected, what was found.
     pub(crate) fn fault(&self) -> Option<(&'static str, &'static str, String)> {
-        let positive = [
-            ("bore", self.bore),
-            ("rod", self.rod),
-            ("dead_volume_piston", self.dead_volume_piston),
-            ("dead_volume_rod", self.dead_volume_rod),
-            ("bulk_modulus", self.bulk_modulus),
-            ("supply_pressure", self.supply_pressure),
-            ("valve_flow", self.valve_flow),
-            ("valve_pressure_drop", self.valve_pressure_drop),
-            ("gain", self.gain),
-            ("valve_rate", self.valve_rate),
-        ];
-        let edges = self.edges.map(|edge| ("edges", edge));
-        for (key, value) in positive.into_iter().chain(edges) {
-            if !(value.is_finite() && value > 0.0) {
-                return Some((key, "a positive number", value.to_string()));
-            }
-        }
-        if !(self.friction.is_finite() && self.friction >= 0.0) {
-            let found = self.friction.to_string();
-            return Some(("friction", "a number that is not negative", found));
+        let numbers = self.numbers();
+        if let Some(wrong) = numbers.iter().find(|number| !number.is_in_range()) {
+            return Some((wrong.key, wrong.range.expected, wrong.value.to_string()));
         }
         if self.rod >= self.bore {
             return Some(("rod", "a diameter below the bore", self.rod.to_string()));

@@ -3,6 +3,9 @@
 //! [`MachineSpec`] is the machine file as written; [`MachineSpec::check`] combines it with a URDF and a log's
 //! joint names into a [`Machine`], or explains what is wrong.
 
+#[macro_use]
+mod table;
+
 mod actuated_joint;
 mod add_supports;
 mod body;

@@ -261,38 +261,24 @@ pub enum Ground {
     Plane,
 }
 
-/// `[limits]`.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct LimitsSpec {
-    /// A wheel whose OTF is below this value is light (N).
-    pub min_load: Option<f64>,
-    /// The same as a fraction of the wheel's static load, 0 to 1.
-    pub min_load_share: Option<f64>,
-    /// Joint positions (rad or m) of the posture whose static loads are the reference of utilisation and
-    /// load limits. Joints not listed are at zero, or at their limit next to zero.
-    pub reference_posture: BTreeMap<String, f64>,
-    /// Optimal load of each wheel (N); default: the static load in the reference posture.
-    pub optimal_load: Option<BTreeMap<String, f64>>,
-    /// Utilisation from which a notice is issued.
-    pub notice: f64,
-    /// Utilisation from which a warning is issued.
-    pub warning: f64,
-    /// Utilisation at which the limit is exceeded.
-    pub limit: f64,
-}
-
-impl Default for LimitsSpec {
-    fn default() -> Self {
-        Self {
-            min_load: None,
-            min_load_share: None,
-            reference_posture: BTreeMap::new(),
-            optimal_load: None,
-            notice: 0.75,
-            warning: 0.90,
-            limit: 1.0,
-        }
+table! {
+    /// `[limits]`.
+    pub struct LimitsSpec {
+        /// A wheel whose OTF is below this value is light (N).
+        min_load: Option<f64> = None, positive;
+        /// The same as a fraction of the wheel's static load, 0 to 1.
+        min_load_share: Option<f64> = None, positive;
+        /// Joint positions (rad or m) of the posture whose static loads are the reference of utilisation and
+        /// load limits. Joints not listed are at zero, or at their limit next to zero.
+        reference_posture: BTreeMap<String, f64> = BTreeMap::new();
+        /// Optimal load of each wheel (N); default: the static load in the reference posture.
+        optimal_load: Option<BTreeMap<String, f64>> = None;
+        /// Utilisation from which a notice is issued.
+        notice: f64 = 0.75, positive;
+        /// Utilisation from which a warning is issued.
+        warning: f64 = 0.90, positive;
+        /// Utilisation at which the limit is exceeded.
+        limit: f64 = 1.0, positive;
     }
 }
 
@@ -405,177 +391,108 @@ pub struct ClockSpec {
     pub offset: BTreeMap<String, f64>,
 }
 
-/// `[estimator]`: noise model of the signals, where an estimator begins; the samples may correct those of joints. The
-/// machine-file reference describes the trade-off of each value.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct EstimatorSpec {
-    /// Longest gap between two samples of a signal that is bridged (s); rows in a longer gap are invalid.
-    pub max_gap: f64,
-    /// Standard deviation of a joint position (rad or m).
-    pub joint_position_noise: f64,
-    /// Standard deviation of a joint velocity (rad/s or m/s).
-    pub joint_rate_noise: f64,
-    /// Process noise: standard deviation of the change of a joint's acceleration in one second (rad/s^2 or
-    /// m/s^2).
-    pub joint_agility: f64,
-    /// Standard deviation of an angular velocity (rad/s).
-    pub gyro_noise: f64,
-    /// Process noise: standard deviation of the change of the angular jerk in one second (rad/s^3).
-    pub gyro_agility: f64,
-    /// Standard deviation of a specific force (m/s^2).
-    pub accelerometer_noise: f64,
-    /// Process noise: standard deviation of the change of its second derivative in one second (m/s^4).
-    pub accelerometer_agility: f64,
-    /// Standard deviation of the up direction (rad).
-    pub attitude_noise: f64,
-    /// Process noise: standard deviation of the change of its second derivative in one second (rad/s^2).
-    pub attitude_agility: f64,
-    /// Standard deviation of an odometry velocity (m/s).
-    pub odometry_noise: f64,
-    /// Process noise: standard deviation of the change of its second derivative in one second (m/s^3).
-    pub odometry_agility: f64,
-    /// Standard deviation of a component of the tool wrench (N or N m).
-    pub tool_force_noise: f64,
-    /// Process noise: standard deviation of the change of its second derivative in one second (N/s^2 or
-    /// N m/s^2).
-    pub tool_force_agility: f64,
-    /// Process noise of an actuator's force: standard deviation of the change of its second derivative in one
-    /// second (N/s^2). Its measurement noise is the linkage's `force_sigma`.
-    pub actuator_force_agility: f64,
-    /// Whether the samples correct the stated noise: the noise of measurements in both directions, the process noise
-    /// upwards.
-    pub noise_from_log: bool,
-    /// Warm-up time of the causal estimator after a start or a gap (s), during which rows are invalid.
-    pub settle: f64,
-}
-
-impl Default for EstimatorSpec {
-    fn default() -> Self {
-        Self {
-            max_gap: 0.25,
-            joint_position_noise: 3e-4,
-            joint_rate_noise: 3e-3,
-            joint_agility: 0.1,
-            gyro_noise: 2e-3,
-            gyro_agility: 2.0,
-            accelerometer_noise: 0.05,
-            accelerometer_agility: 30.0,
-            attitude_noise: 2e-3,
-            attitude_agility: 1.0,
-            odometry_noise: 0.01,
-            odometry_agility: 5.0,
-            tool_force_noise: 20.0,
-            tool_force_agility: 1e5,
-            actuator_force_agility: 1e6,
-            noise_from_log: false,
-            settle: 0.3,
-        }
+table! {
+    /// `[estimator]`: noise model of the signals, where an estimator begins; the samples may correct those of joints. The
+    /// machine-file reference describes the trade-off of each value.
+    #[derive(Copy)]
+    pub struct EstimatorSpec {
+        /// Longest gap between two samples of a signal that is bridged (s); rows in a longer gap are invalid.
+        max_gap: f64 = 0.25, positive;
+        /// Standard deviation of a joint position (rad or m).
+        joint_position_noise: f64 = 3e-4, positive;
+        /// Standard deviation of a joint velocity (rad/s or m/s).
+        joint_rate_noise: f64 = 3e-3, positive;
+        /// Process noise: standard deviation of the change of a joint's acceleration in one second (rad/s^2 or
+        /// m/s^2).
+        joint_agility: f64 = 0.1, positive;
+        /// Standard deviation of an angular velocity (rad/s).
+        gyro_noise: f64 = 2e-3, positive;
+        /// Process noise: standard deviation of the change of the angular jerk in one second (rad/s^3).
+        gyro_agility: f64 = 2.0, positive;
+        /// Standard deviation of a specific force (m/s^2).
+        accelerometer_noise: f64 = 0.05, positive;
+        /// Process noise: standard deviation of the change of its second derivative in one second (m/s^4).
+        accelerometer_agility: f64 = 30.0, positive;
+        /// Standard deviation of the up direction (rad).
+        attitude_noise: f64 = 2e-3, positive;
+        /// Process noise: standard deviation of the change of its second derivative in one second (rad/s^2).
+        attitude_agility: f64 = 1.0, positive;
+        /// Standard deviation of an odometry velocity (m/s).
+        odometry_noise: f64 = 0.01, positive;
+        /// Process noise: standard deviation of the change of its second derivative in one second (m/s^3).
+        odometry_agility: f64 = 5.0, positive;
+        /// Standard deviation of a component of the tool wrench (N or N m).
+        tool_force_noise: f64 = 20.0, positive;
+        /// Process noise: standard deviation of the change of its second derivative in one second (N/s^2 or
+        /// N m/s^2).
+        tool_force_agility: f64 = 1e5, positive;
+        /// Process noise of an actuator's force: standard deviation of the change of its second derivative in one
+        /// second (N/s^2). Its measurement noise is the linkage's `force_sigma`.
+        actuator_force_agility: f64 = 1e6, positive;
+        /// Whether the samples correct the stated noise: the noise of measurements in both directions, the process noise
+        /// upwards.
+        noise_from_log: bool = false;
+        /// Warm-up time of the causal estimator after a start or a gap (s), during which rows are invalid.
+        settle: f64 = 0.3, not_negative;
     }
 }
 
-/// `[uncertainty]`: standard deviation of each parameter. The defaults suit a machine whose data come from
-/// drawings, without weighing.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct UncertaintySpec {
-    /// Mass of a link, relative.
-    pub mass_share: f64,
-    /// Centre of mass of a link, along each axis (m).
-    pub com: f64,
-    /// Inertia tensor of a link, relative.
-    pub inertia_share: f64,
-    /// Mass of a payload that states no standard deviation, relative.
-    pub payload_mass_share: f64,
-    /// Position of a wheel, along each axis (m).
-    pub wheel_position: f64,
-    /// Radius of a wheel (m).
-    pub wheel_radius: f64,
-    /// Position of the arm's root, along each axis (m).
-    pub arm_position: f64,
-    /// Systematic error of a revolute joint's position (rad).
-    pub joint_offset: f64,
-    /// Systematic error of a prismatic joint's position (m).
-    pub joint_offset_linear: f64,
-    /// Position of the IMU, along each axis (m).
-    pub imu_position: f64,
-    /// Orientation of the IMU, about each axis (rad).
-    pub imu_rotation: f64,
-    /// Bias of the accelerometer, along each axis (m/s^2).
-    pub accelerometer_bias: f64,
-    /// Bias of the gyro, about each axis (rad/s).
-    pub gyro_bias: f64,
-    /// Constant error of roll and pitch in the IMU's orientation (rad).
-    pub attitude_bias: f64,
-    /// Local gravity (m/s^2).
-    pub gravity: f64,
-    /// Systematic error of the force on the tool, along each axis (N).
-    pub tool_force: f64,
-    /// Systematic error of the moment on the tool, about each axis (N m).
-    pub tool_moment: f64,
-    /// Roll moment distribution D. The default is that of tyres of one kind on plane ground, each 8 % stiffer or softer
-    /// than the others (a quarter of that in D); what uneven ground does is in the envelope. The former spelling of the key, `front_share`, is deprecated.
-    #[serde(alias = "front_share")]
-    pub roll_moment_distribution: f64,
-    /// Stiffness of a tyre, relative.
-    pub tyre_stiffness_share: f64,
-    /// Effects outside the rigid-body model, for each load as a fraction of the mean load.
-    pub model_share: f64,
-}
-
-impl Default for UncertaintySpec {
-    fn default() -> Self {
-        Self {
-            mass_share: 0.02,
-            com: 0.01,
-            inertia_share: 0.1,
-            payload_mass_share: 0.05,
-            wheel_position: 0.005,
-            wheel_radius: 0.002,
-            arm_position: 0.005,
-            joint_offset: 0.005,
-            joint_offset_linear: 0.003,
-            imu_position: 0.01,
-            imu_rotation: 0.005,
-            accelerometer_bias: 0.03,
-            gyro_bias: 0.002,
-            attitude_bias: 0.001,
-            gravity: 0.01,
-            tool_force: 50.0,
-            tool_moment: 20.0,
-            roll_moment_distribution: 0.02,
-            tyre_stiffness_share: 0.2,
-            model_share: 0.003,
-        }
+table! {
+    /// `[uncertainty]`: standard deviation of each parameter. The defaults suit a machine whose data come from
+    /// drawings, without weighing.
+    #[derive(Copy)]
+    pub struct UncertaintySpec {
+        /// Mass of a link, relative.
+        mass_share: f64 = 0.02, not_negative;
+        /// Centre of mass of a link, along each axis (m).
+        com: f64 = 0.01, not_negative;
+        /// Inertia tensor of a link, relative.
+        inertia_share: f64 = 0.1, not_negative;
+        /// Mass of a payload that states no standard deviation, relative.
+        payload_mass_share: f64 = 0.05, not_negative;
+        /// Position of a wheel, along each axis (m).
+        wheel_position: f64 = 0.005, not_negative;
+        /// Radius of a wheel (m).
+        wheel_radius: f64 = 0.002, not_negative;
+        /// Position of the arm's root, along each axis (m).
+        arm_position: f64 = 0.005, not_negative;
+        /// Systematic error of a revolute joint's position (rad).
+        joint_offset: f64 = 0.005, not_negative;
+        /// Systematic error of a prismatic joint's position (m).
+        joint_offset_linear: f64 = 0.003, not_negative;
+        /// Position of the IMU, along each axis (m).
+        imu_position: f64 = 0.01, not_negative;
+        /// Orientation of the IMU, about each axis (rad).
+        imu_rotation: f64 = 0.005, not_negative;
+        /// Bias of the accelerometer, along each axis (m/s^2).
+        accelerometer_bias: f64 = 0.03, not_negative;
+        /// Bias of the gyro, about each axis (rad/s).
+        gyro_bias: f64 = 0.002, not_negative;
+        /// Constant error of roll and pitch in the IMU's orientation (rad).
+        attitude_bias: f64 = 0.001, not_negative;
+        /// Local gravity (m/s^2).
+        gravity: f64 = 0.01, not_negative;
+        /// Systematic error of the force on the tool, along each axis (N).
+        tool_force: f64 = 50.0, not_negative;
+        /// Systematic error of the moment on the tool, about each axis (N m).
+        tool_moment: f64 = 20.0, not_negative;
+        /// Roll moment distribution D. The default is that of tyres of one kind on plane ground, each 8 % stiffer or softer
+        /// than the others (a quarter of that in D); what uneven ground does is in the envelope. The former spelling of the key, `front_share`, is deprecated.
+        #[serde(alias = "front_share")]
+        roll_moment_distribution: f64 = 0.02, not_negative;
+        /// Stiffness of a tyre, relative.
+        tyre_stiffness_share: f64 = 0.2, not_negative;
+        /// Effects outside the rigid-body model, for each load as a fraction of the mean load.
+        model_share: f64 = 0.003, not_negative;
     }
 }
 
 impl UncertaintySpec {
     /// Its values by key.
     #[must_use]
-    pub fn by_key(&self) -> [(&'static str, f64); 20] {
-        [
-            ("mass_share", self.mass_share),
-            ("com", self.com),
-            ("inertia_share", self.inertia_share),
-            ("payload_mass_share", self.payload_mass_share),
-            ("wheel_position", self.wheel_position),
-            ("wheel_radius", self.wheel_radius),
-            ("arm_position", self.arm_position),
-            ("joint_offset", self.joint_offset),
-            ("joint_offset_linear", self.joint_offset_linear),
-            ("imu_position", self.imu_position),
-            ("imu_rotation", self.imu_rotation),
-            ("accelerometer_bias", self.accelerometer_bias),
-            ("gyro_bias", self.gyro_bias),
-            ("attitude_bias", self.attitude_bias),
-            ("gravity", self.gravity),
-            ("tool_force", self.tool_force),
-            ("tool_moment", self.tool_moment),
-            ("roll_moment_distribution", self.roll_moment_distribution),
-            ("tyre_stiffness_share", self.tyre_stiffness_share),
-            ("model_share", self.model_share),
-        ]
+    pub fn by_key(&self) -> Vec<(&'static str, f64)> {
+        let numbers = self.numbers().into_iter();
+        numbers.map(|number| (number.key, number.value)).collect()
     }
 }
 

@@ -60,7 +60,12 @@ impl<'a> Summary<'a> {
             measured_loads: measured_loads(analysis),
             monte_carlo: monte_carlo_summary(analysis),
             clips: analysis.clips.as_deref(),
-            uncertainty: uncertainty_by_key(analysis),
+            uncertainty: analysis
+                .machine
+                .uncertainty()
+                .by_key()
+                .into_iter()
+                .collect(),
             options: analysis.options,
             provenance: &analysis.provenance,
         }
@@ -205,13 +210,6 @@ fn sensitivity_summary(analysis: &Analysis) -> Option<SensitivitySummary> {
             })
             .collect(),
     })
-}
-
-fn uncertainty_by_key(analysis: &Analysis) -> BTreeMap<&'static str, f64> {
-    let spec = analysis.machine.uncertainty();
-    let mut by_key = BTreeMap::from(spec.by_key());
-    by_key.insert("roll_moment_distribution", spec.roll_moment_distribution);
-    by_key
 }
 
 fn row_summary(analysis: &Analysis) -> RowSummary {

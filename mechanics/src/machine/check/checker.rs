@@ -1,6 +1,7 @@
 //! Validation: a machine file, a URDF and facts about a log give a [`Machine`], or the first error found in
 //! them.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use nalgebra::Isometry3;
@@ -9,12 +10,13 @@ use super::inertias::FoundInertias;
 use crate::machine::body::link_parts;
 use crate::machine::link_box::boxes_by_link;
 use crate::machine::outline::shapes_by_link;
+use crate::machine::table::Number;
 use crate::machine::tree::{Tree, TreeBody, TreeJoint};
 use crate::machine::urdf::Urdf;
 use crate::machine::{
-    Body, ImpossibleInertia, JointCoupling, JointKind, Link, LinkGroup, Machine, MachineError,
-    MachineSpec, MassMoments, Mount, MountSource, Mounting, Note, StaticTransform, SupportKind,
-    Wheel,
+    Body, ImpossibleInertia, JointCoupling, JointKind, JointMotionSpec, Link, LinkGroup, Machine,
+    MachineError, MachineSpec, MassMoments, MeasuredJoint, Mount, MountSource, Mounting, Note,
+    StaticTransform, SupportKind, Wheel,
 };
 
 /// Facts about a log against which a machine is checked.
@@ -93,7 +95,14 @@ impl Checker<'_> {
         let Plausible { wheels, inertias } = plausible;
         let polygon = self.polygon(&wheels)?;
         let driving = self.driving(&wheels)?;
-        self.check_quasi_static(&driving.joints)?;
+        let (measured, of_sparse) = (&driving.joints, &spec.quasi_static);
+        self.check_ranges("quasi_static", &of_sparse.numbers())?;
+        self.check_joints(
+            "quasi_static.joints",
+            &of_sparse.joints,
+            measured,
+            JointMotionSpec::numbers,
+        )?;
         self.check_prediction(&driving.joints)?;
         let contact = self.contact(&wheels, &polygon, &driving.linkages)?;
         let reference = self.reference(&driving)?;
@@ -340,60 +349,46 @@ impl Checker<'_> {
         }
     }
 
+    /// Checks that the numbers of a table are in their ranges.
+    pub(super) fn check_ranges(&self, table: &str, numbers: &[Number]) -> Result<(), MachineError> {
+        match numbers.iter().find(|number| !number.is_in_range()) {
+            None => Ok(()),
+            Some(Number { key, value, range }) => {
+                Err(self.value_error(format!("{table}.{key}"), range.expected, value))
+            }
+        }
+    }
+
+    /// Checks that the joints of a table are measured, and that their numbers are in their ranges.
+    pub(super) fn check_joints<T>(
+        &self,
+        table: &str,
+        stated: &BTreeMap<String, T>,
+        measured: &[MeasuredJoint],
+        numbers: fn(&T) -> Vec<Number>,
+    ) -> Result<(), MachineError> {
+        for (name, joint) in stated {
+            self.check_ranges(&format!("{table}.{name}"), &numbers(joint))?;
+            if !measured.iter().any(|joint| joint.name == *name) {
+                let names: Vec<&str> = measured.iter().map(|joint| joint.name.as_str()).collect();
+                let expected = format!("a measured joint: {}", names.join(", "));
+                return Err(self.value_error(table, expected, format!("\"{name}\"")));
+            }
+        }
+        Ok(())
+    }
+
     /// Checks the ranges of numbers that do not depend on the URDF.
     fn check_numbers(&self) -> Result<(), MachineError> {
-        let (spec, e) = (self.spec, &self.spec.estimator);
+        let spec = self.spec;
         let limits = &spec.limits;
-        let positive = [
-            ("gravity", Some(spec.gravity)),
-            ("limits.min_load", limits.min_load),
-            ("limits.min_load_share", limits.min_load_share),
-            ("limits.notice", Some(limits.notice)),
-            ("limits.warning", Some(limits.warning)),
-            ("limits.limit", Some(limits.limit)),
-            ("estimator.max_gap", Some(e.max_gap)),
-            (
-                "estimator.joint_position_noise",
-                Some(e.joint_position_noise),
-            ),
-            ("estimator.joint_rate_noise", Some(e.joint_rate_noise)),
-            ("estimator.joint_agility", Some(e.joint_agility)),
-            ("estimator.gyro_noise", Some(e.gyro_noise)),
-            ("estimator.gyro_agility", Some(e.gyro_agility)),
-            (
-                "estimator.actuator_force_agility",
-                Some(e.actuator_force_agility),
-            ),
-            ("estimator.accelerometer_noise", Some(e.accelerometer_noise)),
-            (
-                "estimator.accelerometer_agility",
-                Some(e.accelerometer_agility),
-            ),
-        ];
-        for (place, value) in positive {
-            if let Some(value) = value.filter(|v| !(v.is_finite() && *v > 0.0)) {
-                return Err(self.value_error(place, "a positive number", value));
-            }
+        if !(spec.gravity.is_finite() && spec.gravity > 0.0) {
+            return Err(self.value_error("gravity", "a positive number", spec.gravity));
         }
-        for (key, value) in spec.uncertainty.by_key() {
-            if !(value.is_finite() && value >= 0.0) {
-                let place = format!("uncertainty.{key}");
-                return Err(self.value_error(place, "a number that is not negative", value));
-            }
-        }
-        for (key, value) in spec.plausibility.limits_by_key() {
-            if let Some(value) = value.filter(|v| !(v.is_finite() && *v > 0.0)) {
-                let place = format!("plausibility.{key}");
-                return Err(self.value_error(place, "a positive number", value));
-            }
-        }
-        if spec.plausibility.frozen_samples < 2 {
-            return Err(self.value_error(
-                "plausibility.frozen_samples",
-                "two or more",
-                spec.plausibility.frozen_samples,
-            ));
-        }
+        self.check_ranges("limits", &limits.numbers())?;
+        self.check_ranges("estimator", &spec.estimator.numbers())?;
+        self.check_ranges("uncertainty", &spec.uncertainty.numbers())?;
+        self.check_ranges("plausibility", &spec.plausibility.numbers())?;
         for (topic, offset) in &spec.clock.offset {
             if !offset.is_finite() {
                 let place = format!("clock.offset.\"{topic}\"");

@@ -16,7 +16,6 @@ mod link_sigmas;
 mod load_sensors;
 mod payloads;
 mod prediction;
-mod quasi_static;
 mod reference;
 mod signals;
 mod supports;

@@ -2,7 +2,7 @@
 
 use super::checker::Checker;
 use crate::machine::prediction_spec::MOST_POINTS;
-use crate::machine::{MachineError, MeasuredJoint};
+use crate::machine::{JointStopSpec, MachineError, MeasuredJoint};
 
 /// Longest horizon (s): beyond it, no motion goes on as it is.
 const LONGEST_S: f64 = 10.0;
@@ -13,12 +13,7 @@ impl Checker<'_> {
     /// Checks that all numbers are positive, that the work is bounded and that all joints exist.
     pub(super) fn check_prediction(&self, joints: &[MeasuredJoint]) -> Result<(), MachineError> {
         let spec = &self.spec.prediction;
-        for (key, value) in spec.numbers_by_key() {
-            if !(value.is_finite() && value > 0.0) {
-                let place = format!("prediction.{key}");
-                return Err(self.value_error(place, "a positive number", value));
-            }
-        }
+        self.check_ranges("prediction", &spec.numbers())?;
         if spec.horizon > LONGEST_S {
             let expected = format!("at most {LONGEST_S} s");
             return Err(self.value_error("prediction.horizon", expected, spec.horizon));
@@ -31,16 +26,11 @@ impl Checker<'_> {
             let expected = format!("1 to {MOST_POINTS} instants");
             return Err(self.value_error("prediction.points", expected, spec.points));
         }
-        for name in spec.joints.keys() {
-            if !joints.iter().any(|joint| joint.name == *name) {
-                let names: Vec<&str> = joints.iter().map(|joint| joint.name.as_str()).collect();
-                return Err(self.value_error(
-                    "prediction.joints",
-                    format!("a measured joint: {}", names.join(", ")),
-                    format!("\"{name}\""),
-                ));
-            }
-        }
-        Ok(())
+        self.check_joints(
+            "prediction.joints",
+            &spec.joints,
+            joints,
+            JointStopSpec::numbers,
+        )
     }
 }
