@@ -57,7 +57,7 @@ fn session_that_contradicts_the_machine_file_is_refused() {
         (Refusal::SensorMissing, "no odometry", |s| {
             s.odometry = false;
         }),
-        (Refusal::SensorUnknown, "joint 3", |s| {
+        (Refusal::SensorUnknown, "index 3", |s| {
             s.actuated_joints = vec![3];
         }),
         (Refusal::Joints, "joint", |s| s.streams = Vec::new()),

@@ -6,7 +6,9 @@ use nalgebra::Vector3;
 use proptest::prelude::*;
 use tipwatch_mechanics::estimation::support_configuration::{GroundGap, SupportWatch};
 use tipwatch_mechanics::machine::{ForceSource, LogFacts, MachineSpec, SupportId, SupportSetError};
-use tipwatch_mechanics::state::{MatchedSensors, OtherSensors, Sample, Sensor, Sensors};
+use tipwatch_mechanics::state::{
+    MatchedSensors, NumberKind, OtherSensors, Sample, Sensor, Sensors,
+};
 use tipwatch_mechanics::{
     Machine, MachineError, Quantity, Scope, State, StateColumns, Workspace, evaluate, evaluate_rows,
 };
@@ -460,16 +462,16 @@ impl Told {
 }
 
 const SWITCHES: [Sensor; 4] = [
-    Sensor::Switch(0),
-    Sensor::Switch(1),
-    Sensor::Switch(2),
-    Sensor::Switch(3),
+    Sensor::Number(NumberKind::Switch, 0),
+    Sensor::Number(NumberKind::Switch, 1),
+    Sensor::Number(NumberKind::Switch, 2),
+    Sensor::Number(NumberKind::Switch, 3),
 ];
 const LOADS: [Sensor; 4] = [
-    Sensor::Actuator(0),
-    Sensor::Actuator(1),
-    Sensor::Actuator(2),
-    Sensor::Actuator(3),
+    Sensor::Number(NumberKind::Actuator, 0),
+    Sensor::Number(NumberKind::Actuator, 1),
+    Sensor::Number(NumberKind::Actuator, 2),
+    Sensor::Number(NumberKind::Actuator, 3),
 ];
 const ON_WHEELS: &str = "FL, FR, RL, RR";
 const ON_FEET: &str = "OFL, OFR, ORL, ORR";

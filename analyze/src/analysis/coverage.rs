@@ -13,7 +13,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tipwatch_language::{say, word};
 use tipwatch_mechanics::estimation::sorted_stamps;
-use tipwatch_mechanics::state::Sensor;
+use tipwatch_mechanics::state::{NumberKind, Sensor};
 
 use super::quasi_static::Exclusion;
 use crate::base::options::Options;
@@ -139,7 +139,7 @@ fn unused_forces(loaded: &LoadedLog) -> usize {
         let mut steps = stamps
             .windows(2)
             .map(|pair| pair[1].saturating_sub(pair[0]));
-        matches!(signal.sensor, Sensor::Actuator(_))
+        matches!(signal.sensor, Sensor::Number(NumberKind::Actuator, _))
             && stamps.len() > 1
             && steps.all(|step| step > max_gap_ns)
     };
@@ -207,12 +207,7 @@ fn is_needed(loaded: &LoadedLog, sensor: Sensor) -> bool {
         Sensor::Joints(_) => true,
         Sensor::Imu => sensors.imu,
         Sensor::Odometry => !sensors.imu,
-        Sensor::ToolWrench
-        | Sensor::Actuator(_)
-        | Sensor::Switch(_)
-        | Sensor::Load(_)
-        | Sensor::Command(_)
-        | Sensor::Payload(_) => false,
+        Sensor::ToolWrench | Sensor::Number(..) => false,
     }
 }
 

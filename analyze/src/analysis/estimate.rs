@@ -9,7 +9,7 @@ use tipwatch_ingest::Log;
 use tipwatch_mechanics::estimation::plausibility::{Explanation, FaultSpan, FaultSpans};
 use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, RowClock, ShownNoise};
 use tipwatch_mechanics::machine::{FaultKind, Machine, Proof, SessionProofs};
-use tipwatch_mechanics::state::{Reason, SampleError, Sensor, StreamCounts};
+use tipwatch_mechanics::state::{NumberKind, Reason, SampleError, Sensor, StreamCounts};
 use tipwatch_mechanics::studies::measured_loads::{LoadWatch, measures_supports};
 use tipwatch_mechanics::studies::payload_watch::PayloadWatch;
 use tipwatch_mechanics::{State, StateColumns, standing_posture};
@@ -222,7 +222,8 @@ fn smoothed(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, Signa
     let mut shown = smoother.shown();
     // it takes no samples of payloads
     let payloads = loaded.beside.iter();
-    let mut payloads = payloads.filter(|it| matches!(it.sensor, Sensor::Payload(_)));
+    let mut payloads =
+        payloads.filter(|it| matches!(it.sensor, Sensor::Number(NumberKind::Payload, _)));
     if payloads.any(|it| !it.recording.has_changed()) {
         shown.unchanged.add(Proof::Payload);
     }

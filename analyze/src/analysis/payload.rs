@@ -7,7 +7,7 @@ use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
 use tipwatch_language::{say, word};
 use tipwatch_mechanics::machine::{MOST_MASSES, Machine, MassSignal, PayloadQuantity};
-use tipwatch_mechanics::state::{Reason, Sensor};
+use tipwatch_mechanics::state::{NumberKind, Reason, Sensor};
 use tipwatch_mechanics::{ForceQuality, MeasuredForce, PayloadEstimate, State, estimate_payload};
 
 use crate::base::error_text::error_text;
@@ -113,7 +113,7 @@ fn known_by_row(
             PayloadQuantity::Mass(of) => of == payload,
             PayloadQuantity::Lift { linkage: of, .. } => Some(of) == linkage,
         };
-        let sensor = Sensor::Payload(*index);
+        let sensor = Sensor::Number(NumberKind::Payload, *index);
         is_needed && !loaded.beside.iter().any(|it| it.sensor == sensor)
     });
     if let Some((_, signal)) = missing {

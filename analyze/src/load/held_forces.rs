@@ -2,7 +2,7 @@
 
 use tipwatch_mechanics::estimation::sorted_stamps;
 use tipwatch_mechanics::machine::{ForceSource, Machine};
-use tipwatch_mechanics::state::{Sensor, Sensors};
+use tipwatch_mechanics::state::{NumberKind, Sensor, Sensors};
 
 use super::recording::Recording;
 
@@ -35,7 +35,7 @@ impl HeldForces {
     ) -> Self {
         let joints = &machine.contact().actuated_joints;
         let of_signal = |(sensor, recording): (Sensor, &Recording)| {
-            let Sensor::Actuator(at) = sensor else {
+            let Sensor::Number(NumberKind::Actuator, at) = sensor else {
                 return None;
             };
             let of_joint = &sensors.actuators[at];

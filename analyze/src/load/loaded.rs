@@ -11,7 +11,7 @@ use tipwatch_ingest::{Log, Losses, SensorBlock, SensorRequest, TopicId, read_sen
 use tipwatch_language::{message, say, told};
 use tipwatch_mechanics::estimation::plausibility::{KnownPosition, SignalDoubt};
 use tipwatch_mechanics::machine::{Machine, Proofs};
-use tipwatch_mechanics::state::{JointStream, MatchedSensors, Sample, Sensor, Sensors};
+use tipwatch_mechanics::state::{JointStream, MatchedSensors, NumberKind, Sample, Sensor, Sensors};
 
 use super::arrivals::for_each_arrival;
 use super::held_forces::HeldForces;
@@ -310,16 +310,18 @@ fn subject(sensor: Sensor, key: &str, sensors: &Sensors, machine: &Machine) -> S
                 .map(|&joint| machine.joints()[joint].name.as_str());
             format!("{key}.{}", names.collect::<Vec<_>>().join(", "))
         }
-        Sensor::Actuator(index) => {
+        Sensor::Number(NumberKind::Actuator, index) => {
             let signal = sensors.actuators.get(index);
             let joint = signal.map(|signal| &machine.contact().actuated_joints[signal.joint]);
             let name = joint.map_or("", |joint| joint.name(machine.linkages()));
             format!("{key}.{}", name.to_lowercase())
         }
-        Sensor::Switch(index) => format!("switch.{index}"),
-        Sensor::Load(index) => format!("load.{}", machine.load_sensors()[index].name),
-        Sensor::Payload(index) => format!("payload_signal.{index}"),
-        Sensor::Command(index) => {
+        Sensor::Number(NumberKind::Switch, index) => format!("switch.{index}"),
+        Sensor::Number(NumberKind::Load, index) => {
+            format!("load.{}", machine.load_sensors()[index].name)
+        }
+        Sensor::Number(NumberKind::Payload, index) => format!("payload_signal.{index}"),
+        Sensor::Number(NumberKind::Command, index) => {
             let joint = machine.joint_commands()[index].joint;
             format!("command.{}", machine.joints()[joint].name)
         }

@@ -108,12 +108,7 @@ impl Signals {
                         vector(&grid, series, |s| triple(&s[3..6])),
                     ];
                 }
-                Sensor::ToolWrench
-                | Sensor::Actuator(_)
-                | Sensor::Switch(_)
-                | Sensor::Load(_)
-                | Sensor::Command(_)
-                | Sensor::Payload(_) => {}
+                Sensor::ToolWrench | Sensor::Number(..) => {}
             }
         }
         let variance = |axis: usize| {

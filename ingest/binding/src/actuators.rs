@@ -4,7 +4,7 @@ use tipwatch_ingest::{Error, Log};
 use tipwatch_language::{say, word};
 use tipwatch_mechanics::machine::{ActuatorSignal, ForceSource};
 use tipwatch_mechanics::machine::{FieldSpec, Machine, MachineSpec};
-use tipwatch_mechanics::state::Sensor;
+use tipwatch_mechanics::state::{NumberKind, Sensor};
 
 use crate::bound_log::BoundSensor;
 use crate::number_signals::number_request;
@@ -45,7 +45,7 @@ pub(crate) fn find(
         let bound = &bound[signal.joint];
         let (field, description) = bound.fields[signal.signal];
         found.sensors.push(BoundSensor {
-            sensor: Sensor::Actuator(index),
+            sensor: Sensor::Number(NumberKind::Actuator, index),
             request: number_request(log, field)?,
             why: say!("{description} of {}, named by the machine file", bound.of),
         });

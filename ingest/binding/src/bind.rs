@@ -338,11 +338,7 @@ fn bound_sensors(
             Sensor::Odometry => (&topics.odometry, &numbers.odometry),
             Sensor::ToolWrench => (&topics.tool_wrench, &numbers.tool_wrench),
             // found later, once the machine is known
-            Sensor::Actuator(_)
-            | Sensor::Switch(_)
-            | Sensor::Load(_)
-            | Sensor::Command(_)
-            | Sensor::Payload(_) => {
+            Sensor::Number(..) => {
                 continue;
             }
         };

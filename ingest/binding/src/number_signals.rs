@@ -10,7 +10,7 @@ use tipwatch_language::{message, say, word};
 use tipwatch_mechanics::machine::{
     FieldSpec, JointFields, Machine, NumberSpec, SignalSpec, SignalsSpec, SupportId,
 };
-use tipwatch_mechanics::state::Sensor;
+use tipwatch_mechanics::state::{NumberKind, Sensor};
 
 use crate::bound_log::BoundSensor;
 
@@ -67,10 +67,10 @@ fn request_in(log: &Log, field: &FieldSpec, list: &str) -> Result<SensorRequest,
 /// The signals from which the state is not estimated, as far as their topic is in the log: the switches of supports, the load
 /// sensors, the rates that a controller asks of joints, the masses of payloads. Whoever uses them says which are missing.
 pub(crate) fn beside(log: &Log, machine: &Machine) -> Vec<BoundSensor> {
-    let bound = |sensor, field: &FieldSpec, list: &str, why: String| {
+    let bound = |kind, index, field: &FieldSpec, list: &str, why: String| {
         let request = request_in(log, field, list).ok()?;
         Some(BoundSensor {
-            sensor,
+            sensor: Sensor::Number(kind, index),
             request,
             why,
         })
@@ -83,7 +83,13 @@ pub(crate) fn beside(log: &Log, machine: &Machine) -> Vec<BoundSensor> {
             "what tells of support {}, named by the machine file",
             names.join(", ")
         );
-        bound(Sensor::Switch(index), &switch.spec.number, "effort", why)
+        bound(
+            NumberKind::Switch,
+            index,
+            &switch.spec.number,
+            "effort",
+            why,
+        )
     });
     let loads = machine
         .load_sensors()
@@ -91,7 +97,7 @@ pub(crate) fn beside(log: &Log, machine: &Machine) -> Vec<BoundSensor> {
         .enumerate()
         .map(|(index, load)| {
             let why = say!("load sensor {}, named by the machine file", load.name);
-            bound(Sensor::Load(index), &load.field, "effort", why)
+            bound(NumberKind::Load, index, &load.field, "effort", why)
         });
     let commands = machine
         .joint_commands()
@@ -100,7 +106,7 @@ pub(crate) fn beside(log: &Log, machine: &Machine) -> Vec<BoundSensor> {
         .map(|(index, command)| {
             let name = &machine.joints()[command.joint].name;
             let why = say!("rate asked of joint {name}, named by the machine file");
-            bound(Sensor::Command(index), &command.field, "velocity", why)
+            bound(NumberKind::Command, index, &command.field, "velocity", why)
         });
     let payloads = machine
         .payload_signals()
@@ -108,7 +114,7 @@ pub(crate) fn beside(log: &Log, machine: &Machine) -> Vec<BoundSensor> {
         .enumerate()
         .map(|(index, payload)| {
             let why = word!("tells the mass of a payload, named by the machine file").into();
-            bound(Sensor::Payload(index), &payload.field, "effort", why)
+            bound(NumberKind::Payload, index, &payload.field, "effort", why)
         });
     let all = switches.chain(loads).chain(commands).chain(payloads);
     all.flatten().collect()

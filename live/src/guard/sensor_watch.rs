@@ -1,6 +1,6 @@
 //! What is known of one sensor's samples: its clock, its period and its consecutive failures.
 
-use tipwatch_mechanics::state::{Sensor, Sensors};
+use tipwatch_mechanics::state::{NumberKind, Sensor, Sensors};
 
 use super::delay::DriftWatch;
 use crate::safety_limits::{
@@ -43,8 +43,8 @@ impl SensorWatch {
     /// `max_gap_ns` is the longest gap that the estimator bridges.
     pub(super) fn new(sensor: Sensor, sensors: &Sensors, max_gap_ns: i64) -> Self {
         // without these the estimate goes on
-        let is_auxiliary =
-            sensor == Sensor::Odometry && sensors.imu || matches!(sensor, Sensor::Load(_));
+        let is_auxiliary = sensor == Sensor::Odometry && sensors.imu
+            || matches!(sensor, Sensor::Number(NumberKind::Load, _));
         Self {
             sensor,
             value_count: sensors.value_count(sensor).unwrap_or(0),
@@ -82,7 +82,7 @@ impl SensorWatch {
 
     /// Whether the verdict rests on it. What is not asked of a joint is not known, and the joint is predicted to go on.
     pub(super) fn is_required(&self) -> bool {
-        !matches!(self.sensor, Sensor::Command(_))
+        !matches!(self.sensor, Sensor::Number(NumberKind::Command, _))
     }
 
     /// What an age (ns) means for a sensor of this period. A switch may be sent when it changes, and is too old by its own limit
@@ -90,7 +90,9 @@ impl SensorWatch {
     pub(super) fn age(&self, age_ns: i64) -> Age {
         if matches!(
             self.sensor,
-            Sensor::Switch(_) | Sensor::Command(_) | Sensor::Payload(_)
+            Sensor::Number(NumberKind::Switch, _)
+                | Sensor::Number(NumberKind::Command, _)
+                | Sensor::Number(NumberKind::Payload, _)
         ) {
             return Age::Fresh;
         }
@@ -145,12 +147,15 @@ mod tests {
             watch.age(1_500_000_000)
         };
         assert_eq!(age_of(Sensor::Imu), Age::Stale);
-        assert_eq!(age_of(Sensor::Switch(0)), Age::Fresh);
-        assert_eq!(age_of(Sensor::Payload(0)), Age::Fresh);
+        assert_eq!(age_of(Sensor::Number(NumberKind::Switch, 0)), Age::Fresh);
+        assert_eq!(age_of(Sensor::Number(NumberKind::Payload, 0)), Age::Fresh);
         // nor does the verdict rest on what is asked of a joint
-        assert_eq!(age_of(Sensor::Command(0)), Age::Fresh);
+        assert_eq!(age_of(Sensor::Number(NumberKind::Command, 0)), Age::Fresh);
         let is_required =
             |sensor: Sensor| SensorWatch::new(sensor, &sensors, 100_000_000).is_required();
-        assert!(is_required(Sensor::Load(0)) && !is_required(Sensor::Command(0)));
+        assert!(
+            is_required(Sensor::Number(NumberKind::Load, 0))
+                && !is_required(Sensor::Number(NumberKind::Command, 0))
+        );
     }
 }

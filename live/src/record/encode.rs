@@ -55,11 +55,7 @@ pub(super) fn sample(sample: &Sample<'_>, joint_names: &[String], imu_frame: &st
             cdr.header(stamp_ns, "");
             cdr.f64s(&values[..6]);
         }
-        Sensor::Actuator(_)
-        | Sensor::Switch(_)
-        | Sensor::Load(_)
-        | Sensor::Command(_)
-        | Sensor::Payload(_) => {
+        Sensor::Number(..) => {
             cdr.header(stamp_ns, "");
             cdr.f64s(&values[..1]);
         }

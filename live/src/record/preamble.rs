@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use tipwatch_binding::{MachineFile, Urdf, monitor_topic};
 use tipwatch_mechanics::Machine;
 use tipwatch_mechanics::machine::PayloadQuantity;
-use tipwatch_mechanics::state::{Sensor, Sensors};
+use tipwatch_mechanics::state::{NumberKind, Sensor, Sensors};
 
 use super::segment::{Channels, Preamble};
 use super::topics;
@@ -29,30 +29,33 @@ pub(super) fn preamble(
             Sensor::Imu => topics::imu(),
             Sensor::Odometry => topics::odometry(),
             Sensor::ToolWrench => topics::tool_wrench(),
-            Sensor::Actuator(signal) => topics::actuator(actuator_topic(machine, sensors, signal)),
-            Sensor::Switch(switch) => {
-                let supports = machine.supports();
-                let first = supports.switches[switch].supports[0];
-                topics::switch(monitor_topic::switch(&supports.support(first).name))
-            }
-            Sensor::Command(command) => {
-                let joint = machine.joint_commands()[command].joint;
-                let name = &machine.joints()[joint].name;
-                topics::joint_command(monitor_topic::joint_command(name))
-            }
-            Sensor::Payload(signal) => match machine.payload_signals()[signal].quantity {
-                PayloadQuantity::Mass(payload) => {
-                    topics::payload_mass(monitor_topic::payload_mass(payload + 1))
-                }
-                PayloadQuantity::Lift { linkage, signal } => {
-                    let linkage = &file.spec.linkage[linkage];
-                    let signals = file.spec.signals_of(linkage).len();
-                    topics::actuator(force_topic(&linkage.name, signals, signal))
-                }
-            },
-            Sensor::Load(load) => {
-                let name = &machine.load_sensors()[load].name;
-                topics::load_sensor(monitor_topic::load_sensor(name))
+            Sensor::Number(kind, index) => {
+                let payload = |index: usize| &machine.payload_signals()[index].quantity;
+                let name = match kind {
+                    NumberKind::Actuator => actuator_topic(machine, sensors, index),
+                    NumberKind::Switch => {
+                        let supports = machine.supports();
+                        let first = supports.switches[index].supports[0];
+                        monitor_topic::switch(&supports.support(first).name)
+                    }
+                    NumberKind::Load => {
+                        monitor_topic::load_sensor(&machine.load_sensors()[index].name)
+                    }
+                    NumberKind::Command => {
+                        let joint = machine.joint_commands()[index].joint;
+                        monitor_topic::joint_command(&machine.joints()[joint].name)
+                    }
+                    NumberKind::Payload => match *payload(index) {
+                        PayloadQuantity::Mass(payload) => monitor_topic::payload_mass(payload + 1),
+                        PayloadQuantity::Lift { linkage, signal } => {
+                            let linkage = &file.spec.linkage[linkage];
+                            let signals = file.spec.signals_of(linkage).len();
+                            let name = force_topic(&linkage.name, signals, signal);
+                            return topics::number(NumberKind::Actuator, name);
+                        }
+                    },
+                };
+                topics::number(kind, name)
             }
         })
         .collect();

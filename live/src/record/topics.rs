@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use tipwatch_binding::monitor_topic::{self, ACTUATOR_FIELD};
 use tipwatch_ingest::known_definition;
+use tipwatch_mechanics::state::NumberKind;
 use tipwatch_suspension::MAX_ACTUATORS;
 
 use crate::wire::names::Names;
@@ -63,38 +64,19 @@ fn of_ros(name: String, type_name: &'static str) -> Topic {
     }
 }
 
-/// One number, under the name that offline analysis expects.
-fn number(name: String, type_name: &'static str) -> Topic {
+/// A sensor that measures one number, under the name that offline analysis expects.
+pub(super) fn number(kind: NumberKind, name: String) -> Topic {
     Topic {
         name,
-        type_name,
+        type_name: match kind {
+            NumberKind::Actuator => "tipwatch_msgs/msg/ActuatorSignal",
+            NumberKind::Switch => "tipwatch_msgs/msg/SupportSwitch",
+            NumberKind::Load => "tipwatch_msgs/msg/LoadSensor",
+            NumberKind::Command => "tipwatch_msgs/msg/JointCommand",
+            NumberKind::Payload => "tipwatch_msgs/msg/PayloadMass",
+        },
         definition: format!("std_msgs/Header header\nfloat64 {ACTUATOR_FIELD}{HEADER}"),
     }
-}
-
-/// A force or pressure signal of an actuator.
-pub(super) fn actuator(name: String) -> Topic {
-    number(name, "tipwatch_msgs/msg/ActuatorSignal")
-}
-
-/// A signal that tells whether supports are set or raised.
-pub(super) fn switch(name: String) -> Topic {
-    number(name, "tipwatch_msgs/msg/SupportSwitch")
-}
-
-/// The load of one or more supports.
-pub(super) fn load_sensor(name: String) -> Topic {
-    number(name, "tipwatch_msgs/msg/LoadSensor")
-}
-
-/// The rate that is asked of a joint.
-pub(super) fn joint_command(name: String) -> Topic {
-    number(name, "tipwatch_msgs/msg/JointCommand")
-}
-
-/// The mass of a payload.
-pub(super) fn payload_mass(name: String) -> Topic {
-    number(name, "tipwatch_msgs/msg/PayloadMass")
 }
 
 /// Verdicts: integers as on the wire, then every number under the name of its column in `samples.parquet`.

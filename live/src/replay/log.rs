@@ -6,7 +6,7 @@ use anyhow::{Result, bail, ensure};
 use tipwatch_binding::{BoundLog, MachineFile, Urdf, arrivals, bind};
 use tipwatch_ingest::{Losses, SensorRecording};
 use tipwatch_mechanics::machine::MountSource;
-use tipwatch_mechanics::state::{Sample, Sensor};
+use tipwatch_mechanics::state::{NumberKind, Sample, Sensor};
 
 use crate::wire::identity::new_identity;
 use crate::wire::session::{Session, StampClock, machine_hash};
@@ -104,9 +104,13 @@ pub fn session_of(bound: &BoundLog, file: &MachineFile, urdf: &Urdf) -> Result<S
         .map(|signal| signal.joint as u32)
         .collect();
     actuated_joints.dedup();
-    let beside = |index_of: &dyn Fn(Sensor) -> Option<usize>| {
+    let beside = |kind: NumberKind| {
         let sensors = bound.beside.iter().map(|it| it.sensor);
-        sensors.filter_map(index_of).map(|it| it as u32).collect()
+        let of_kind = sensors.filter_map(|sensor| match sensor {
+            Sensor::Number(of, index) if of == kind => Some(index as u32),
+            _ => None,
+        });
+        of_kind.collect()
     };
     let joints = 0..matched.streams.len();
     Ok(Session {
@@ -123,22 +127,10 @@ pub fn session_of(bound: &BoundLog, file: &MachineFile, urdf: &Urdf) -> Result<S
         odometry: matched.sensors.odometry,
         tool_wrench: matched.sensors.tool_wrench,
         actuated_joints,
-        switches: beside(&|it| match it {
-            Sensor::Switch(index) => Some(index),
-            _ => None,
-        }),
-        load_sensors: beside(&|it| match it {
-            Sensor::Load(index) => Some(index),
-            _ => None,
-        }),
-        joint_commands: beside(&|it| match it {
-            Sensor::Command(index) => Some(index),
-            _ => None,
-        }),
-        payload_signals: beside(&|it| match it {
-            Sensor::Payload(index) => Some(index),
-            _ => None,
-        }),
+        switches: beside(NumberKind::Switch),
+        load_sensors: beside(NumberKind::Load),
+        joint_commands: beside(NumberKind::Command),
+        payload_signals: beside(NumberKind::Payload),
         imu_frame: bound.topics.imu_frame.clone(),
     })
 }

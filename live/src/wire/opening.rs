@@ -199,96 +199,75 @@ impl Session {
                 "session: expected joint states, found none".to_string()
             ));
         }
-        self.check_actuators(machine)?;
-        self.check_switches(machine)?;
-        self.check_load_sensors(machine)?;
-        self.check_joint_commands(machine)?;
-        self.check_payload_signals(machine)?;
+        self.check_numbers(machine)?;
         let is_there = |joint: usize| self.actuated_joints.contains(&(joint as u32));
         sensors.actuators = machine.contact().actuator_signals(is_there);
         Ok(sensors)
     }
 
-    /// The forces of exactly those joints are measured for which the machine file binds a force or pressures.
-    fn check_actuators(&self, machine: &Machine) -> Result<(), SessionRefused> {
-        let bound = &machine.contact().actuated_joints;
-        let mut missing = (0..bound.len()).filter(|&k| !self.actuated_joints.contains(&(k as u32)));
-        if let Some(k) = missing.next() {
-            let linkage = bound[k].name(machine.linkages());
-            return Err(Refusal::SensorMissing.because(format!(
-                "session: expected the bound force or pressures of \"{linkage}\", found none"
-            )));
-        }
-        let mut unknown = self.actuated_joints.iter();
-        match unknown.find(|&&k| k as usize >= bound.len()) {
-            None => Ok(()),
-            Some(k) => Err(Refusal::SensorUnknown.because(format!(
-                "session: expected the forces of no more than {} actuated joints, found one of joint {k}",
-                bound.len()
-            ))),
-        }
-    }
-
-    /// All signals are there that tell which supports are on the ground, and no others.
-    fn check_switches(&self, machine: &Machine) -> Result<(), SessionRefused> {
+    /// All numbers are there that the machine file binds, and no others. What is not asked of a joint is not known.
+    fn check_numbers(&self, machine: &Machine) -> Result<(), SessionRefused> {
+        let joints = &machine.contact().actuated_joints;
+        are_all(
+            &self.actuated_joints,
+            joints.len(),
+            "actuated joints",
+            |joint| {
+                let name = joints[joint].name(machine.linkages());
+                format!("force or pressures of \"{name}\"")
+            },
+        )?;
         let supports = machine.supports();
-        let is_there = |index: usize| self.switches.contains(&(index as u32));
-        let mut bound = supports.switches.iter().enumerate();
-        if let Some((_, switch)) = bound.find(|(index, _)| !is_there(*index)) {
-            return Err(Refusal::SensorMissing.because(format!(
-                "session: expected the bound signal that tells of support {}, found none",
-                supports.names(&switch.supports)
-            )));
-        }
-        no_more_than(
+        let switches = &supports.switches;
+        are_all(
             &self.switches,
-            supports.switches.len(),
+            switches.len(),
             "signals that tell of supports",
-        )
+            |switch| {
+                format!(
+                    "signal that tells of support {}",
+                    supports.names(&switches[switch].supports)
+                )
+            },
+        )?;
+        let sensors = machine.load_sensors();
+        are_all(
+            &self.load_sensors,
+            sensors.len(),
+            "load sensors",
+            |sensor| format!("load sensor {}", sensors[sensor].name),
+        )?;
+        let commands = machine.joint_commands();
+        are_known(&self.joint_commands, commands.len(), "commands of joints")?;
+        let payloads = machine.payload_signals();
+        let of = "signals that tell masses of payloads";
+        are_all(&self.payload_signals, payloads.len(), of, |signal| {
+            format!(
+                "signal {} that tells the mass of a payload",
+                payloads[signal].field.topic
+            )
+        })
     }
+}
 
-    /// No joint is asked to move that the machine file does not name. What is not asked for is not known.
-    fn check_joint_commands(&self, machine: &Machine) -> Result<(), SessionRefused> {
-        no_more_than(
-            &self.joint_commands,
-            machine.joint_commands().len(),
-            "commands of joints",
-        )
-    }
-
-    /// All signals are there that tell masses of payloads, and no others.
-    fn check_payload_signals(&self, machine: &Machine) -> Result<(), SessionRefused> {
-        let bound = machine.payload_signals();
-        let is_there = |index: usize| self.payload_signals.contains(&(index as u32));
-        if let Some(missing) = (0..bound.len()).find(|index| !is_there(*index)) {
-            return Err(Refusal::SensorMissing.because(format!(
-                "session: expected the bound signal {} that tells the mass of a payload, found none",
-                bound[missing].field.topic
-            )));
-        }
-        no_more_than(
-            &self.payload_signals,
-            bound.len(),
-            "signals that tell masses of payloads",
-        )
-    }
-
-    /// All load sensors are there, and no others.
-    fn check_load_sensors(&self, machine: &Machine) -> Result<(), SessionRefused> {
-        let bound = machine.load_sensors();
-        let is_there = |index: usize| self.load_sensors.contains(&(index as u32));
-        if let Some(missing) = (0..bound.len()).find(|index| !is_there(*index)) {
-            return Err(Refusal::SensorMissing.because(format!(
-                "session: expected the bound load sensor {}, found none",
-                bound[missing].name
-            )));
-        }
-        no_more_than(&self.load_sensors, bound.len(), "load sensors")
+/// Every index that the machine knows is there, and no other; `name` tells which signal an index is.
+fn are_all(
+    found: &[u32],
+    known: usize,
+    of: &str,
+    name: impl Fn(usize) -> String,
+) -> Result<(), SessionRefused> {
+    match (0..known).find(|&index| !found.contains(&(index as u32))) {
+        Some(index) => Err(Refusal::SensorMissing.because(format!(
+            "session: expected the bound {}, found none",
+            name(index)
+        ))),
+        None => are_known(found, known, of),
     }
 }
 
 /// No signal has an index that the machine does not know.
-fn no_more_than(found: &[u32], known: usize, of: &str) -> Result<(), SessionRefused> {
+fn are_known(found: &[u32], known: usize, of: &str) -> Result<(), SessionRefused> {
     match found.iter().find(|&&it| it as usize >= known) {
         None => Ok(()),
         Some(it) => Err(Refusal::SensorUnknown.because(format!(

@@ -1,7 +1,7 @@
 //! Samples: conversion between the wire and the estimator.
 
 use anyhow::{Result, ensure};
-use tipwatch_mechanics::state::{Sample, Sensor};
+use tipwatch_mechanics::state::{NumberKind, Sample, Sensor};
 
 use crate::wire::topics::{Kind, MAX_VALUES, Wire, WireSample};
 
@@ -50,11 +50,7 @@ impl WireSample {
             Sensor::Imu => (Kind::Imu, 0),
             Sensor::Odometry => (Kind::Odometry, 0),
             Sensor::ToolWrench => (Kind::ToolWrench, 0),
-            Sensor::Actuator(signal) => (Kind::Actuator, signal),
-            Sensor::Switch(switch) => (Kind::Switch, switch),
-            Sensor::Load(load) => (Kind::Load, load),
-            Sensor::Command(command) => (Kind::Command, command),
-            Sensor::Payload(payload) => (Kind::Payload, payload),
+            Sensor::Number(kind, index) => (kind.into(), index),
         };
         let mut wire = Self {
             time_ns: sample.stamp_ns,
@@ -82,16 +78,17 @@ impl<'a> TryFrom<&'a WireSample> for Message<'a> {
     type Error = Malformed;
 
     fn try_from(wire: &'a WireSample) -> Result<Self, Malformed> {
+        let number = |kind| Sensor::Number(kind, wire.stream as usize);
         let sensor = match Kind::try_from(wire.kind).map_err(|_| Malformed)? {
             Kind::Joints => Sensor::Joints(wire.stream as usize),
             Kind::Imu => Sensor::Imu,
             Kind::Odometry => Sensor::Odometry,
             Kind::ToolWrench => Sensor::ToolWrench,
-            Kind::Actuator => Sensor::Actuator(wire.stream as usize),
-            Kind::Switch => Sensor::Switch(wire.stream as usize),
-            Kind::Load => Sensor::Load(wire.stream as usize),
-            Kind::Command => Sensor::Command(wire.stream as usize),
-            Kind::Payload => Sensor::Payload(wire.stream as usize),
+            Kind::Actuator => number(NumberKind::Actuator),
+            Kind::Switch => number(NumberKind::Switch),
+            Kind::Load => number(NumberKind::Load),
+            Kind::Command => number(NumberKind::Command),
+            Kind::Payload => number(NumberKind::Payload),
             Kind::End => return Ok(Self::End),
         };
         let values = wire
@@ -115,11 +112,11 @@ mod tests {
             Sensor::Imu,
             Sensor::Odometry,
             Sensor::ToolWrench,
-            Sensor::Actuator(2),
-            Sensor::Switch(1),
-            Sensor::Load(4),
-            Sensor::Command(2),
-            Sensor::Payload(1),
+            Sensor::Number(NumberKind::Actuator, 2),
+            Sensor::Number(NumberKind::Switch, 1),
+            Sensor::Number(NumberKind::Load, 4),
+            Sensor::Number(NumberKind::Command, 2),
+            Sensor::Number(NumberKind::Payload, 1),
         ] {
             let sample = Sample::new(sensor, -7, &values);
             let wire = WireSample::new(&sample, 8).unwrap();

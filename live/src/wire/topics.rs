@@ -20,6 +20,7 @@
 
 use iceoryx2::prelude::ZeroCopySend;
 use tipwatch_mechanics::machine::MAX_WHEELS;
+use tipwatch_mechanics::state::NumberKind;
 use tipwatch_mechanics::{quantity_doc, verdict_quantities};
 use tipwatch_suspension::MAX_ACTUATORS;
 
@@ -576,6 +577,18 @@ tipwatch_mechanics::named! {
         Command = 9,
         /// What tells the mass of a payload.
         Payload = 10,
+    }
+}
+
+impl From<NumberKind> for Kind {
+    fn from(kind: NumberKind) -> Self {
+        match kind {
+            NumberKind::Actuator => Self::Actuator,
+            NumberKind::Switch => Self::Switch,
+            NumberKind::Load => Self::Load,
+            NumberKind::Command => Self::Command,
+            NumberKind::Payload => Self::Payload,
+        }
     }
 }
 

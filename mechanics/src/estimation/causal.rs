@@ -13,7 +13,9 @@ use crate::estimation::plausibility::{
 };
 use crate::estimation::support_configuration::SupportWatch;
 use crate::machine::{Machine, PayloadQuantity, Proofs};
-use crate::state::{Credible, Reason, Sample, SampleError, Sensor, Sensors, StreamCounts};
+use crate::state::{
+    Credible, NumberKind, Reason, Sample, SampleError, Sensor, Sensors, StreamCounts,
+};
 
 /// Takes samples in order of arrival and emits a row at each sample of the first stream of joint states,
 /// or at a regular rate.
@@ -213,7 +215,7 @@ impl CausalEstimator {
             Some(supports) => supports.take(machine, sample),
             None => Ok(()),
         };
-        if matches!(sample.sensor, Sensor::Switch(_)) {
+        if matches!(sample.sensor, Sensor::Number(NumberKind::Switch, _)) {
             self.plausibility.forget_findings();
             return match self.sensors.value_count(sample.sensor) {
                 Some(count) if count == sample.values.len() => told,
@@ -221,9 +223,11 @@ impl CausalEstimator {
             };
         }
         let beside = match sample.sensor {
-            Sensor::Load(load) => Some(self.loads.get_mut(load)),
-            Sensor::Command(command) => Some(self.commands.get_mut(command)),
-            Sensor::Payload(signal) => Some(self.payload_signals.get_mut(signal)),
+            Sensor::Number(NumberKind::Load, load) => Some(self.loads.get_mut(load)),
+            Sensor::Number(NumberKind::Command, command) => Some(self.commands.get_mut(command)),
+            Sensor::Number(NumberKind::Payload, signal) => {
+                Some(self.payload_signals.get_mut(signal))
+            }
             _ => None,
         };
         if let Some(last) = beside {
@@ -431,7 +435,8 @@ impl LastSample {
             return Err(SampleError::NotLater);
         }
         self.0 = Some((sample.stamp_ns, value));
-        let asks_nothing = matches!(sample.sensor, Sensor::Command(_)) && value.is_nan();
+        let asks_nothing =
+            matches!(sample.sensor, Sensor::Number(NumberKind::Command, _)) && value.is_nan();
         match value.is_finite() || asks_nothing {
             true => Ok(()),
             false => Err(SampleError::NotFinite),

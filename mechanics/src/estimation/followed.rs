@@ -1,6 +1,6 @@
 //! The quantities that filters follow, the sensors that feed them, and what their gaps mean.
 
-use crate::state::{Reason, Sensor};
+use crate::state::{NumberKind, Reason, Sensor};
 
 /// The quantity that a filter estimates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,7 +23,7 @@ impl Followed {
             Self::AngularVelocity | Self::Up if imu => sensor == Sensor::Imu,
             Self::AngularVelocity | Self::Up | Self::Velocity => sensor == Sensor::Odometry,
             Self::ToolWrench => sensor == Sensor::ToolWrench,
-            Self::Actuator(signal) => sensor == Sensor::Actuator(signal),
+            Self::Actuator(signal) => sensor == Sensor::Number(NumberKind::Actuator, signal),
         }
     }
 

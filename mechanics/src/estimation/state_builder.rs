@@ -13,8 +13,8 @@ use crate::estimation::plausibility::{Judgement, RowEffect, Treatment};
 use crate::geometry::coordinate::Motion;
 use crate::machine::Machine;
 use crate::state::{
-    AccelerometerBias, BaseState, JetCovariance, Reason, Reasons, Sample, SampleError, Sensor,
-    Sensors, SignalNoise, State, tilt_is_measured,
+    AccelerometerBias, BaseState, JetCovariance, NumberKind, Reason, Reasons, Sample, SampleError,
+    Sensor, Sensors, SignalNoise, State, tilt_is_measured,
 };
 
 /// A quaternion whose norm differs from one by more than this is not an orientation.
@@ -237,9 +237,11 @@ impl Filters {
                 Ok(())
             }
             Sensor::ToolWrench => self.push_to(Followed::ToolWrench, t, values, None, first),
-            Sensor::Actuator(k) => self.push_to(Followed::Actuator(k), t, values, None, first),
+            Sensor::Number(NumberKind::Actuator, k) => {
+                self.push_to(Followed::Actuator(k), t, values, None, first)
+            }
             // the state is the same on whichever supports
-            Sensor::Switch(_) | Sensor::Load(_) | Sensor::Command(_) | Sensor::Payload(_) => Ok(()),
+            Sensor::Number(..) => Ok(()),
         }
     }
 

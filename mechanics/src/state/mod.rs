@@ -12,6 +12,6 @@ pub use machine_state::{
 pub use reason::{Reason, Reasons};
 pub(crate) use sample::Credible;
 pub use sample::{
-    JointStream, JointTwice, MatchedSensors, OtherSensors, Sample, SampleError, Sensor, Sensors,
-    StreamCounts, tilt_is_measured,
+    JointStream, JointTwice, MatchedSensors, NumberKind, OtherSensors, Sample, SampleError, Sensor,
+    Sensors, StreamCounts, tilt_is_measured,
 };

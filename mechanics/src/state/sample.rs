@@ -45,17 +45,25 @@ pub enum Sensor {
     Odometry,
     /// The tool wrench.
     ToolWrench,
-    /// The actuator signal with this index in [`Sensors::actuators`].
-    Actuator(usize),
-    /// The signal with this index in [`Supports::switches`](crate::machine::Supports::switches), which tells whether some
-    /// supports are set or raised.
-    Switch(usize),
-    /// The load sensor with this index in [`Machine::load_sensors`].
-    Load(usize),
-    /// The rate that is asked of the joint with this index in [`Machine::joint_commands`].
-    Command(usize),
-    /// The signal with this index in [`Machine::payload_signals`], which tells the mass of a payload.
-    Payload(usize),
+    /// The sensor of this kind that measures one number, and its index: see [`NumberKind`].
+    Number(NumberKind, usize),
+}
+
+named! {
+    /// Kinds of sensors that measure one number, and what their index counts.
+    #[derive(PartialOrd, Ord)]
+    pub enum NumberKind {
+        /// Force or pressure of an actuator, or the load of a support: in [`Sensors::actuators`].
+        Actuator,
+        /// What tells whether some supports are set or raised: in [`Supports::switches`](crate::machine::Supports::switches).
+        Switch,
+        /// The load of one or more supports: in [`Machine::load_sensors`].
+        Load,
+        /// The rate that is asked of a joint: in [`Machine::joint_commands`].
+        Command,
+        /// What tells the mass of a payload: in [`Machine::payload_signals`].
+        Payload,
+    }
 }
 
 /// One message of one sensor.
@@ -164,7 +172,6 @@ impl Sensors {
             (self.odometry, Sensor::Odometry),
             (self.tool_wrench, Sensor::ToolWrench),
         ];
-        let actuators = (0..self.actuators.len()).map(Sensor::Actuator);
         joints
             .chain(
                 others
@@ -172,17 +179,28 @@ impl Sensors {
                     .filter(|(there, _)| *there)
                     .map(|(_, sensor)| sensor),
             )
-            .chain(actuators)
+            .chain(self.numbers(NumberKind::Actuator))
     }
 
     /// All sensors in their fixed order: those of [`Sensors::iter`], the switches, the load sensors, the commands, the
     /// signals of payloads.
     pub fn all(&self) -> impl Iterator<Item = Sensor> {
-        let switches = (0..self.switches).map(Sensor::Switch);
-        let loads = (0..self.loads).map(Sensor::Load);
-        let commands = (0..self.commands).map(Sensor::Command);
-        let payloads = self.payload_signals.iter().copied().map(Sensor::Payload);
-        (self.iter().chain(switches).chain(loads)).chain(commands.chain(payloads))
+        let beside = NumberKind::ALL[1..].iter();
+        self.iter()
+            .chain(beside.flat_map(|&kind| self.numbers(kind)))
+    }
+
+    /// The sensors of a kind that measures one number.
+    fn numbers(&self, kind: NumberKind) -> impl Iterator<Item = Sensor> {
+        let (count, stated) = match kind {
+            NumberKind::Actuator => (self.actuators.len(), &[][..]),
+            NumberKind::Switch => (self.switches, &[][..]),
+            NumberKind::Load => (self.loads, &[][..]),
+            NumberKind::Command => (self.commands, &[][..]),
+            NumberKind::Payload => (0, &self.payload_signals[..]),
+        };
+        let indices = (0..count).chain(stated.iter().copied());
+        indices.map(move |index| Sensor::Number(kind, index))
     }
 
     /// Number of values in a sample of `sensor`; `None` if there is no such sensor.
@@ -193,11 +211,7 @@ impl Sensors {
             Sensor::Imu => self.imu.then_some(10),
             Sensor::Odometry => self.odometry.then_some(10),
             Sensor::ToolWrench => self.tool_wrench.then_some(6),
-            Sensor::Actuator(actuator) => self.actuators.get(actuator).map(|_| 1),
-            Sensor::Switch(switch) => (switch < self.switches).then_some(1),
-            Sensor::Load(load) => (load < self.loads).then_some(1),
-            Sensor::Command(command) => (command < self.commands).then_some(1),
-            Sensor::Payload(signal) => self.payload_signals.contains(&signal).then_some(1),
+            Sensor::Number(kind, _) => self.numbers(kind).any(|it| it == sensor).then_some(1),
         }
     }
 }

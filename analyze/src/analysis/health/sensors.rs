@@ -102,10 +102,6 @@ fn meters(loaded: &LoadedLog, sensor: Sensor) -> Vec<Meter> {
             let force = vector("force", "N").into_iter();
             force.chain(vector("moment", "N m")).collect()
         }
-        Sensor::Actuator(_)
-        | Sensor::Switch(_)
-        | Sensor::Load(_)
-        | Sensor::Command(_)
-        | Sensor::Payload(_) => once(Meter::new("value".to_owned(), "SI", true)).collect(),
+        Sensor::Number(..) => once(Meter::new("value".to_owned(), "SI", true)).collect(),
     }
 }

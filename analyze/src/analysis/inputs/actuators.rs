@@ -2,7 +2,7 @@
 
 use tipwatch_language::{message, say, told, word};
 use tipwatch_mechanics::machine::{ForceSource, SupportId};
-use tipwatch_mechanics::state::Sensor;
+use tipwatch_mechanics::state::{NumberKind, Sensor};
 
 use super::windows::median;
 use super::{GrossInput, GrossInputKind};
@@ -44,7 +44,7 @@ pub(super) fn scales(loaded: &LoadedLog) -> Vec<GrossInput> {
             let mut forces = Vec::new();
             let mut topics = Vec::new();
             for signal in loaded.signals.iter() {
-                let Sensor::Actuator(at) = signal.sensor else {
+                let Sensor::Number(NumberKind::Actuator, at) = signal.sensor else {
                     continue;
                 };
                 let of_joint = &loaded.matched.sensors.actuators[at];
@@ -166,7 +166,7 @@ pub(super) fn support_scale(loaded: &LoadedLog) -> Option<GrossInput> {
 fn measured_supports(loaded: &LoadedLog) -> Vec<MeasuredSupport<'_>> {
     let joints = &loaded.machine.contact().actuated_joints;
     let measured = loaded.signals.iter().filter_map(|signal| {
-        let Sensor::Actuator(at) = signal.sensor else {
+        let Sensor::Number(NumberKind::Actuator, at) = signal.sensor else {
             return None;
         };
         let of_joint = &loaded.matched.sensors.actuators[at];

@@ -148,12 +148,7 @@ impl BiasEstimator {
                 Sensor::Joints(stream) => {
                     (self.setting.wheels.get(stream)).is_some_and(|wheels| !wheels.is_empty())
                 }
-                Sensor::ToolWrench
-                | Sensor::Actuator(_)
-                | Sensor::Switch(_)
-                | Sensor::Load(_)
-                | Sensor::Command(_)
-                | Sensor::Payload(_) => false,
+                Sensor::ToolWrench | Sensor::Number(..) => false,
             }
     }
 

@@ -173,11 +173,7 @@ impl Part {
             Sensor::Imu => "imu",
             Sensor::Odometry => "odometry",
             Sensor::ToolWrench => "tool_wrench",
-            Sensor::Actuator(_) => "actuator",
-            Sensor::Switch(_) => "switch",
-            Sensor::Load(_) => "load",
-            Sensor::Command(_) => "command",
-            Sensor::Payload(_) => "payload",
+            Sensor::Number(kind, _) => kind.name(),
         };
         format!("{signal}.{quantity}")
     }
@@ -267,12 +263,8 @@ impl Part {
             (Sensor::Imu, _) => Some(Reason::ImuFault),
             (Sensor::Odometry, _) => (!has_imu).then_some(Reason::OdometryFault),
             (Sensor::ToolWrench, _) => Some(Reason::ToolWrenchFault),
-            // Without it the split rule applies.
-            (Sensor::Actuator(_), _) => None,
-            // What it tells is missing or not; which supports there are follows.
-            (Sensor::Switch(_) | Sensor::Load(_) | Sensor::Command(_) | Sensor::Payload(_), _) => {
-                None
-            }
+            // Without an actuator's force the split rule applies. What else tells a number is missing or not.
+            (Sensor::Number(..), _) => None,
         }
     }
 

@@ -13,7 +13,7 @@ use super::notice::{Note, Notice, Rules};
 use super::signal_doubt::{KnownPosition, SignalDoubt};
 use super::vector::{Slew, VectorWatch};
 use crate::machine::{FaultKind, Machine, Proof, Proofs, SignalSpec};
-use crate::state::{Sample, SampleError, Sensor, Sensors, tilt_is_measured};
+use crate::state::{NumberKind, Sample, SampleError, Sensor, Sensors, tilt_is_measured};
 
 /// Allowance for noise and stamp jitter in the change of an angular velocity (rad/s) and of a velocity (m/s).
 const SLEW_ALLOWANCE: f64 = 0.5;
@@ -188,9 +188,11 @@ impl SignalChecks {
             Sensor::Imu => self.check_imu(sample, findings),
             Sensor::Odometry => self.check_odometry(sample, findings),
             Sensor::ToolWrench => self.check_tool(sample, findings),
-            Sensor::Actuator(signal) => self.check_actuator(signal, sample, findings),
+            Sensor::Number(NumberKind::Actuator, signal) => {
+                self.check_actuator(signal, sample, findings)
+            }
             // a number without a scale, which may jump
-            Sensor::Switch(_) | Sensor::Load(_) | Sensor::Command(_) | Sensor::Payload(_) => {
+            Sensor::Number(..) => {
                 self.follow_number(sample);
                 Sound::default()
             }
@@ -199,7 +201,7 @@ impl SignalChecks {
 
     /// Follows whether a signal of payloads is measured. Nothing else is known of a number without a scale.
     pub(super) fn follow_number(&mut self, sample: &Sample<'_>) {
-        if let Sensor::Payload(signal) = sample.sensor
+        if let Sensor::Number(NumberKind::Payload, signal) = sample.sensor
             && let Some((first, has_changed)) = self.payloads.get_mut(signal)
             && let [value] = *sample.values
             && value.is_finite()

@@ -250,12 +250,7 @@ impl<S: SampleSource> UnobservedMotion<S> {
                     }
                 }
             }
-            Sensor::ToolWrench
-            | Sensor::Actuator(_)
-            | Sensor::Switch(_)
-            | Sensor::Load(_)
-            | Sensor::Command(_)
-            | Sensor::Payload(_) => {}
+            Sensor::ToolWrench | Sensor::Number(..) => {}
         }
     }
 
@@ -274,11 +269,7 @@ impl<S: SampleSource> UnobservedMotion<S> {
             }
             Sensor::Imu | Sensor::Odometry => self.add_platform(sensor, pair, range),
             Sensor::ToolWrench => self.add_tool(pair, range),
-            Sensor::Actuator(_)
-            | Sensor::Switch(_)
-            | Sensor::Load(_)
-            | Sensor::Command(_)
-            | Sensor::Payload(_) => {}
+            Sensor::Number(..) => {}
         }
     }
 
@@ -305,11 +296,7 @@ impl<S: SampleSource> UnobservedMotion<S> {
                 }
                 Sensor::Odometry => add(&mut range.angular_velocity, &values[3..6]),
                 Sensor::ToolWrench => add(&mut range.tool, values),
-                Sensor::Actuator(_)
-                | Sensor::Switch(_)
-                | Sensor::Load(_)
-                | Sensor::Command(_)
-                | Sensor::Payload(_) => {}
+                Sensor::Number(..) => {}
             }
         }
         let is_platform = matches!(sensor, Sensor::Imu | Sensor::Odometry);

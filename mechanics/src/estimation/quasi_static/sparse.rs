@@ -79,10 +79,6 @@ pub(super) fn is_needed(sensors: &Sensors, sensor: Sensor) -> bool {
         Sensor::Imu => sensors.imu,
         Sensor::Odometry => !sensors.imu,
         Sensor::ToolWrench => sensors.tool_wrench,
-        Sensor::Actuator(_)
-        | Sensor::Switch(_)
-        | Sensor::Load(_)
-        | Sensor::Command(_)
-        | Sensor::Payload(_) => false,
+        Sensor::Number(..) => false,
     }
 }

@@ -79,11 +79,7 @@ fn is_finite(sample: &Sample<'_>) -> bool {
         Sensor::Joints(_) => sample.values.len() / 2,
         Sensor::Imu | Sensor::Odometry => 6,
         Sensor::ToolWrench => 6,
-        Sensor::Actuator(_)
-        | Sensor::Switch(_)
-        | Sensor::Load(_)
-        | Sensor::Command(_)
-        | Sensor::Payload(_) => 1,
+        Sensor::Number(..) => 1,
     };
     let values = sample.values.get(..needed);
     values.is_some_and(|values| values.iter().all(|value| value.is_finite()))

@@ -73,13 +73,7 @@ impl Speed {
                     self.by_odometry = Some((sample.stamp_ns, squares.sqrt(), velocity));
                 }
             }
-            Sensor::Imu
-            | Sensor::ToolWrench
-            | Sensor::Actuator(_)
-            | Sensor::Switch(_)
-            | Sensor::Load(_)
-            | Sensor::Command(_)
-            | Sensor::Payload(_) => {}
+            Sensor::Imu | Sensor::ToolWrench | Sensor::Number(..) => {}
         }
     }
 

@@ -226,12 +226,7 @@ impl PlatformRotation {
                     self.take_motion(sample, &base_from_imu);
                 }
             }
-            Sensor::ToolWrench
-            | Sensor::Actuator(_)
-            | Sensor::Switch(_)
-            | Sensor::Load(_)
-            | Sensor::Command(_)
-            | Sensor::Payload(_) => {}
+            Sensor::ToolWrench | Sensor::Number(..) => {}
         }
     }
 

@@ -4,7 +4,7 @@ use super::status::{
     GroundGap, GroundSet, LOAD_MAX_AGE_S, SupportStatus, carries_from, is_set_from, on_ground,
 };
 use crate::machine::{ForceSource, Machine, PresenceSpec, SupportId, SupportKind};
-use crate::state::{Sample, SampleError, Sensor, Sensors};
+use crate::state::{NumberKind, Sample, SampleError, Sensor, Sensors};
 
 /// Follows the supports of one machine by past samples only.
 ///
@@ -163,8 +163,8 @@ impl SupportWatch {
     /// [`SampleError`] where a switch does not tell anything by it.
     pub fn take(&mut self, machine: &Machine, sample: &Sample<'_>) -> Result<(), SampleError> {
         let number = match sample.sensor {
-            Sensor::Switch(switch) => self.switches.get_mut(switch),
-            Sensor::Actuator(signal) => {
+            Sensor::Number(NumberKind::Switch, switch) => self.switches.get_mut(switch),
+            Sensor::Number(NumberKind::Actuator, signal) => {
                 let support = self.loads_of.get(signal).copied().flatten();
                 let Some(support) = support else {
                     return Ok(());

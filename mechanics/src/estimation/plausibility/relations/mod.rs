@@ -138,11 +138,7 @@ impl Relations {
     ) {
         self.offsets.take(findings, self.lean.as_mut());
         match sample.sensor {
-            Sensor::Actuator(_)
-            | Sensor::Switch(_)
-            | Sensor::Load(_)
-            | Sensor::Command(_)
-            | Sensor::Payload(_) => {
+            Sensor::Number(..) => {
                 return;
             }
             // as if it had been lost
