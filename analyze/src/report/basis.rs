@@ -173,7 +173,7 @@ fn of_model(analysis: &Analysis) -> Vec<String> {
     }
     let edges = 0..machine.polygon().edges().len();
     if edges.clone().any(|edge| has_axle_astride(machine, edge)) {
-        found.push(word!("Over its sides the machine tips about a line to the pivot of an axle. The stop of the axle is not modelled, and what explains such a rotation (an unstated load, another mass) is not tried.").into());
+        found.push(word!("Over its sides the machine tips about a line to the pivot of an axle. Moments, angles and the margin of the zero moment point are about the edges of the wheels' rectangle, which hold once the axle rests against its stop: before, they show more stability than there is. The stop of the axle is not modelled, and what explains such a rotation (an unstated load, another mass) is not tried.").into());
     }
     found.push(
         word!("Flexibility of frame and arm, tyre camber and lateral tyre deflection are not modelled.")

@@ -2,6 +2,7 @@
 
 use tipwatch_language::{message, say, told, word};
 use tipwatch_mechanics::machine::{Ground, NoteKind};
+use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::{Parameter, Quantity};
 
 use crate::analysis::Analysis;
@@ -355,14 +356,15 @@ fn hangs_on(analysis: &Analysis, incidents: &[Incident<'_>]) -> Option<String> {
             word!("On gyro and attitude, which measured the rotation: on no mass and no load of the machine file.").into(),
         );
     }
-    let Some(found) = &analysis.sensitivity else {
+    let sensitivity = analysis.sensitivity.as_ref();
+    let first = sensitivity.and_then(|found| Some((found, *found.ranked().first()?)));
+    let Some((found, first)) = first else {
         return Some(say!(
             "Not known. {}",
             explanations::no_derivatives(analysis)
         ));
     };
     let machine = &analysis.machine;
-    let first = *found.ranked().first()?;
     let two_sigma = 2.0 * first.sigma;
     let change_n = first.two_sigma_change_n();
     let wheel = &machine.wheels()[found.worst_wheel].name;
@@ -496,6 +498,16 @@ fn lost(analysis: &Analysis) -> String {
         true => say!("{loads} in {}.", analysis.coverage),
         false => say!("{loads} in {} of the log.", analysis.coverage),
     });
+    let rows = analysis.rows.reasons.iter();
+    let falls = rows.filter(|it| it.leave_loads() && it.has(Reason::Tipping));
+    match falls.count() {
+        0 => {}
+        count => sentences.push(say!(
+            "In {} of {} rows the machine was or may have been tipping: loads there are not accurate.",
+            count,
+            analysis.rows.len()
+        )),
+    }
     sentences.join(" ")
 }
 
