@@ -417,24 +417,28 @@ impl Finder<'_> {
 }
 
 /// Sets the lead of each event: time since the onset of the earliest `wheel_light` still active at its start. Of a wheel that
-/// the rotation alone shows to be light, it is not known since when.
+/// the rotation alone shows to be light, it is not known since when; after one that may have been light before the rows that show
+/// it, no lead is known.
 pub(super) fn add_leads(events: &mut [Event]) {
     let by_rotation =
         |event: &&Event| event.start_bound == Bound::AtOrBefore && event.start_sigma_s.is_some();
-    let light: Vec<(i64, i64)> = events
+    let light: Vec<(Option<i64>, [i64; 2])> = events
         .iter()
         .filter(|event| event.kind == EventKind::WheelLight && !by_rotation(event))
-        .map(|event| (event.start_ns, event.end_ns.unwrap_or(i64::MAX)))
+        .map(|event| {
+            let is_known = event.start_bound == Bound::At;
+            (is_known.then_some(event.start_ns), event.span_ns())
+        })
         .collect();
     for event in events
         .iter_mut()
         .filter(|event| event.kind != EventKind::WheelLight)
     {
-        let going = light.iter().filter(|(start, end)| {
+        let going = light.iter().filter(|(_, [start, end])| {
             *start <= event.start_ns && event.start_ns <= end.saturating_add(MERGED_NS)
         });
-        event.lead_s = going
-            .map(|(start, _)| (event.start_ns - start) as f64 * 1e-9)
-            .reduce(f64::max);
+        // none is less than any
+        let earliest = going.map(|(start, _)| *start).min().flatten();
+        event.lead_s = earliest.map(|start| (event.start_ns - start) as f64 * 1e-9);
     }
 }

@@ -419,8 +419,17 @@ impl View<'_> {
             drawing.line("gravity", centre, tip);
         }
         let from = match self.across {
-            Across::Length => word!("From the right, forward is to the right"),
-            Across::Width => word!("From behind, left is to the left"),
+            Across::Length => word!("From the right, forward is to the right").into(),
+            // neither picture has a line for it
+            Across::Width => format!(
+                "{}; {} {:.2} m",
+                word!("From behind, left is to the left"),
+                match self.is_on_wheels() {
+                    true => word!("wheelbase"),
+                    false => word!("support length"),
+                },
+                self.length()
+            ),
         };
         let shown = match self.contradicted {
             true => word!("centre of mass of the stated machine, thin line from it: gravity"),
@@ -428,6 +437,15 @@ impl View<'_> {
         };
         let title = format!("{from}; {shown}");
         Some(drawing.finish(&title, &self.gravity_in_words(centre[1])))
+    }
+
+    /// From the rearmost to the foremost support (m).
+    fn length(&self) -> f64 {
+        let along = || {
+            let standing = self.standing(&self.placement.contacts);
+            standing.map(|at| self.placement.on_plane(at).x)
+        };
+        along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
     }
 
     /// What each wheel or other support carries, and where the zero moment point is.

@@ -200,7 +200,15 @@ impl Losses {
 
     /// The losses as text: each range, then the missing and undecodable messages by topic.
     pub fn lines(&self) -> impl Iterator<Item = String> {
-        let missing = self.missing_messages.iter().map(|(topic, count)| {
+        // what a lost range names is not told again
+        let missing = self.missing_messages.iter().filter(|(topic, count)| {
+            let named = self
+                .ranges
+                .iter()
+                .filter_map(|range| range.messages.get(*topic));
+            named.sum::<u64>() < **count
+        });
+        let missing = missing.map(|(topic, count)| {
             say!("{count} messages of {topic} are missing: the log's index counts them")
         });
         let undecodable = self

@@ -232,7 +232,7 @@ impl Scene {
     }
 
     /// The assumption about the split that a finding rests on, and what holds without it.
-    fn split_clauses(&self, event: &Event) -> [String; 2] {
+    pub(in crate::report) fn split_clauses(&self, event: &Event) -> [String; 2] {
         let Some(condition) = self.condition(event) else {
             return [String::new(), String::new()];
         };

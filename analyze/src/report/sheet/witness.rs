@@ -6,7 +6,7 @@ use tipwatch_mechanics::State;
 use super::answers::{self, capital, reserve};
 use crate::analysis::Analysis;
 use crate::events::{Bound, Event, EventKind, ShownBy};
-use crate::page::{number, short};
+use crate::page::number;
 use crate::report::findings::{Incident, Scene, findings};
 
 /// For so long a machine has been steady (ns).
@@ -86,6 +86,9 @@ fn before(
 /// What a steady machine did in the half second before: it moved at a speed that its wheels show beyond their scatter, or it
 /// stood.
 fn steady(analysis: &Analysis, at_ns: i64) -> String {
+    if analysis.coverage.between_rows.is_some() {
+        return word!("is taken as steady").into();
+    }
     let machine = &analysis.machine;
     let rows = &analysis.rows;
     let (first, last) = (rows.at(at_ns.saturating_sub(STEADY_NS)), rows.at(at_ns));
@@ -113,7 +116,7 @@ fn steady(analysis: &Analysis, at_ns: i64) -> String {
     let fastest = known.max_by(|a, b| (a[0] - a[1]).total_cmp(&(b[0] - b[1])));
     match fastest {
         Some([speed, band]) if speed > band => {
-            say!("moved steadily at {} ± {} m/s", short(speed), short(band))
+            say!("moved steadily at {speed:.3} ± {:.3} m/s", band.max(0.001))
         }
         Some(_) => word!("stood still").into(),
         None => word!("was steady").into(),
@@ -209,7 +212,11 @@ fn outcome(analysis: &Analysis, scene: &Scene, incident: &Incident<'_>) -> Strin
         .into();
     };
     let (at, one) = (scene.end(last, end_ns), scene.word.one);
-    let scope = answers::scope(analysis);
+    // what is unknown between the rows follows in the answers
+    let scope = match scene.is_sparse {
+        true => word!("at the rows of this sparse log").into(),
+        false => answers::scope(analysis),
+    };
     match (last.end_bound, is_off) {
         (Bound::AtOrAfter, _) => {
             say!("At t = {at} it was still so; how much longer is not known. No tip-over {scope}.")
