@@ -468,7 +468,7 @@ fn a_machine_on_an_axle_with_a_pivot_stands_on_three_points() {
     let (_, told) = drawing.split_once("aria-label=\"").unwrap();
     let told = told.split('"').next().unwrap();
     assert!(
-        told.contains("FR carries 30847 N") && told.contains("zero moment point is"),
+        told.contains("FR carries 30847 N") && told.contains("zero moment point is within"),
         "{told}"
     );
     let text = words(&page);

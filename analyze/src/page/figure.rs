@@ -122,7 +122,10 @@ impl Figure {
     /// What it shows, for those who do not see it: its title, and the course of the curves that are drawn at first.
     fn told(&self) -> String {
         let shown = self.traces.iter().filter(|trace| !trace.hidden);
-        let told: Vec<&str> = shown.filter_map(|trace| trace.told.as_deref()).collect();
+        let curves = shown.filter_map(|trace| trace.told.as_deref());
+        let told: Vec<&str> = curves
+            .chain(self.lanes.iter().map(String::as_str))
+            .collect();
         format!("{}: {}", self.title, told.join("; "))
     }
 
