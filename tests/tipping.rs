@@ -37,6 +37,19 @@ fn find<'a>(analysis: &'a Analysis, kind: EventKind, subject: &str) -> Option<&'
     events.find(|event| event.kind == kind && event.subject == subject)
 }
 
+/// The wheel of `side_reach` carries load again from 6.34 s on, by the simulator's contact forces.
+#[test]
+fn val_the_end_of_a_lift_is_within_its_band() {
+    let analysis = analysed(&data("side_reach.mcap"), Options::default());
+    let lift = find(&analysis, EventKind::WheelLift, "rl").unwrap();
+    let end_s = (lift.end_ns.unwrap() - analysis.rows.times_ns[0]) as f64 * 1e-9;
+    let sigma_s = lift.end_sigma_s.unwrap();
+    assert!(
+        (end_s - 6.34).abs() < 2.0 * sigma_s && sigma_s < 0.2,
+        "{end_s} +- {sigma_s}"
+    );
+}
+
 #[test]
 fn val_onsets_of_a_tip_over_are_found_within_a_tenth_of_a_second() {
     let analysis = analysed(&data("tip_over.mcap"), Options::default());

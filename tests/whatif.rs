@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use tipwatch_analyze::analysis::Analysis;
+use tipwatch_analyze::analysis::run::analyse;
 use tipwatch_analyze::base::options::Options;
 use tipwatch_analyze::compare::{Side, compare};
-use tipwatch_analyze::events::{Event, EventKind, ShownBy, Supposition};
+use tipwatch_analyze::events::{Answer, Event, EventKind, ShownBy, Supposition};
 use tipwatch_analyze::suspension::{
     Summary, Suppositions, SuspensionMode, WhatIf, WhatIfOptions, measured_fall, suppose, what_if,
 };
@@ -411,6 +412,26 @@ fn level_ground_that_was_level_is_what_was_recorded() {
     let [_, both] = suppose(&log, &file, Options::default(), &both).unwrap();
     let [_, slower] = suppose(&log, &file, Options::default(), &slower).unwrap();
     assert_eq!(least(&both), least(&slower));
+}
+
+/// Where the mounting of the IMU is a guess, nobody knows how far the ground slopes: level ground is no answer.
+#[test]
+fn level_ground_is_open_where_the_log_does_not_tell_the_slope() {
+    let path = data("side_reach.toml");
+    let text = std::fs::read_to_string(&path).unwrap() + "\n[uncertainty]\nimu_rotation = 0.1\n";
+    let file = MachineFile::from_text(&path, &text).unwrap();
+    let log = data("side_reach.mcap");
+    let analysis = analyse(&log, &file, Options::default(), &mut |_| {}).unwrap();
+    let answers = &lift(&analysis).unwrap().counterfactuals;
+    let mut answers = answers.iter();
+    let level = answers
+        .find(|it| it.supposed == Supposition::LevelGround)
+        .unwrap();
+    assert_eq!(level.otf_n, level.recorded_otf_n);
+    // 0.1 rad of slope are as much as 0.1 rad of the mounting
+    let [sigma_n, recorded_n] = [level.sigma_n, level.recorded_sigma_n].map(Option::unwrap);
+    assert!(sigma_n > 1.3 * recorded_n, "{sigma_n} {recorded_n}");
+    assert_eq!(level.answer, Answer::Open);
 }
 
 #[test]

@@ -450,3 +450,57 @@ fn the_first_sentences_are_no_surer_than_the_findings() {
         &tipped[..600]
     );
 }
+
+/// What an axle with a pivot carries, it carries there: the machine tips out of a triangle, and no sentence says otherwise.
+#[test]
+fn a_machine_on_an_axle_with_a_pivot_stands_on_three_points() {
+    let page = page(&analysis("forklift"));
+    let drawing = section(&page, "Summary")
+        .split("<svg class=\"top-view\"")
+        .nth(1)
+        .unwrap();
+    let (_, area) = drawing
+        .split_once("<polygon class=\"support\" points=\"")
+        .unwrap();
+    assert_eq!(area.split('"').next().unwrap().split(' ').count(), 3);
+    assert!(drawing.contains("<line class=\"axle\""));
+    // those who do not see it are told what it shows
+    let (_, told) = drawing.split_once("aria-label=\"").unwrap();
+    let told = told.split('"').next().unwrap();
+    assert!(
+        told.contains("FR carries 30847 N") && told.contains("zero moment point is within"),
+        "{told}"
+    );
+    let text = words(&page);
+    assert!(!text.contains("no wheel was below its limit"));
+    assert!(text.contains("each row with a wheel below its limit is not (tipping)"));
+    assert!(text.contains("load split: by equilibrium alone;"));
+    assert!(text.contains("In 209 of 575 rows the machine was or may have been tipping"));
+}
+
+/// At the last rows of a log that breaks off in a fall the loads have no derivatives: those before have.
+#[test]
+fn a_log_that_breaks_off_says_on_what_it_hangs_and_when_it_breaks_off() {
+    let folder = TempDir::new().unwrap();
+    let cut = folder.path().join("cut.mcap");
+    let whole = std::fs::read(data("tip_over.mcap")).unwrap();
+    std::fs::write(&cut, &whole[..whole.len() * 6 / 10]).unwrap();
+    let text = words(&page(&analysed(&cut, &data("tip_over.toml"))));
+    let hangs_on = "On what does it hang most? Share of the front axle";
+    assert!(text.contains(hangs_on), "{}", &text[..2500]);
+    assert!(text.contains("from log time 2026-05-28 20:26:44.726 UTC on"));
+}
+
+/// How fast, not that it drove: a reader would take 4 cm/s for a drive.
+#[test]
+fn a_machine_that_creeps_is_told_with_its_speed() {
+    let text = words(&page(&analysis("side_reach")));
+    assert!(
+        text.contains("the machine moved steadily at 0.03"),
+        "{}",
+        &text[..600]
+    );
+    assert!(!text.contains("drove"));
+    let stands = words(&page(&analysis("tip_over")));
+    assert!(stands.contains("the machine stood still"));
+}

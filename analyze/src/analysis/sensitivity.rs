@@ -1,5 +1,6 @@
 //! Sensitivity of each wheel load to each signal and parameter: at its worst instant and over the log.
 
+use std::cmp::Ordering;
 use std::sync::Arc;
 
 use tipwatch_mechanics::machine::Machine;
@@ -84,8 +85,9 @@ impl SensitivityRow {
 #[derive(Debug)]
 pub(crate) struct SensitivityPass {
     sums: SensitivitySums,
-    /// By wheel, the valid row with the smallest OTF.
-    worst: Vec<Option<(usize, f64)>>,
+    /// By wheel, the row with the smallest OTF among the valid ones with derivatives, else among all valid ones; whether it is
+    /// without derivatives.
+    worst: Vec<Option<(usize, bool, f64)>>,
 }
 
 impl SensitivityPass {
@@ -101,9 +103,15 @@ impl SensitivityPass {
         self.sums.add(&rows.outcomes.sensitivity);
         for (wheel, worst) in self.worst.iter_mut().enumerate() {
             let otf = rows.outcomes.column(Quantity::Otf(wheel));
+            let sigma = rows.outcomes.known_column(Quantity::OtfSigma(wheel));
             for row in (0..rows.len()).filter(|&row| rows.is_valid(row)) {
-                if worst.is_none_or(|(_, least)| otf[row].total_cmp(&least).is_lt()) {
-                    *worst = Some((rows.first + row, otf[row]));
+                // on the way to another set of wheels on the ground the loads have no derivatives
+                let lacks = !sigma.is_some_and(|sigma| sigma[row].is_finite());
+                let is_less = |(_, lacked, least): (usize, bool, f64)| {
+                    (lacks, otf[row]).partial_cmp(&(lacked, least)) == Some(Ordering::Less)
+                };
+                if worst.is_none_or(is_less) {
+                    *worst = Some((rows.first + row, lacks, otf[row]));
                 }
             }
         }
@@ -118,7 +126,7 @@ impl SensitivityPass {
         let mut table = Vec::with_capacity(parameters.len() * machine.wheels().len());
         let mut worst = (0, f64::INFINITY);
         for wheel in 0..machine.wheels().len() {
-            let (row, otf_n) = self.worst[wheel]?;
+            let (row, _, otf_n) = self.worst[wheel]?;
             let left = otf_n / machine.reference().static_load[wheel];
             if left < worst.1 {
                 worst = (wheel, left);

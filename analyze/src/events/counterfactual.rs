@@ -13,7 +13,8 @@ tipwatch_mechanics::named! {
     #[schemars(rename_all = "snake_case")]
     pub enum Supposition {
         /// The ground has no slope; all motion relative to the ground is as recorded, the rocking of the platform included.
-        /// On ground that cannot be told from level ground (two standard deviations) this is what was recorded.
+        /// On ground that cannot be told from level ground (two standard deviations) this is what was recorded, with the error
+        /// of the slope.
         LevelGround,
         /// Machine and arm travel the same path at half the speed.
         HalfSpeed,

@@ -33,6 +33,13 @@ pub(super) struct Finder<'a> {
     pub(super) causes: Option<Causes<'a>>,
 }
 
+/// Which way time runs.
+#[derive(Clone, Copy)]
+enum Time {
+    Forward,
+    Backward,
+}
+
 impl Finder<'_> {
     /// The events, those of `tippings` in these rows included.
     pub(super) fn events(&self) -> Vec<Event> {
@@ -135,7 +142,7 @@ impl Finder<'_> {
                     event.start_bound = Bound::AtOrBefore;
                 }
                 None => {
-                    let passes = self.passage(wheel, min_load_n, episode);
+                    let passes = self.passage(wheel, min_load_n, episode.first, Time::Forward);
                     event.start_sigma_s = passes.map(|onset| {
                         let off_s = onset.at_s - self.rows.seconds(episode.first);
                         onset.sigma_s.hypot(off_s)
@@ -169,7 +176,8 @@ impl Finder<'_> {
         };
         let found = joined(self.rows.times_ns, found, may_lift);
         let found = found.into_iter().map(|episode| {
-            let worst = least(&otf, episode);
+            // beside a wheel that is off the ground the OTF is not what holding this one takes
+            let worst = least(|row| otf(row).min(load(row)), episode);
             let mut event = self.event(EventKind::WheelLift, name, episode, worst, "N");
             self.end(&mut event, wheel, 0.0, episode);
             self.add_confidence(&mut event, wheel, 0.0, episode);
@@ -181,7 +189,9 @@ impl Finder<'_> {
             // where the loads do not show the rotation, they do not show when the wheel lifted before it
             let is_shown = rotation
                 .is_none_or(|tipping| tipping.is_by_loads || episode.first < tipping.episode.first);
-            let own = self.passage(wheel, 0.0, episode).filter(|_| is_shown);
+            let own = self
+                .passage(wheel, 0.0, episode.first, Time::Forward)
+                .filter(|_| is_shown);
             // with no load left off an edge, that of one wheel is unknown: the last one lifted when their sum was zero
             let first_s = self.rows.seconds(episode.first);
             let of_edge = || {
@@ -256,9 +266,8 @@ impl Finder<'_> {
         heaviest == Some(wheel)
     }
 
-    /// When the load of a wheel passes through a level around the start of an episode.
-    fn passage(&self, wheel: usize, level_n: f64, episode: Episode) -> Option<Onset> {
-        let row = episode.first;
+    /// When the load of a wheel falls through a level around a row, or rises through it: falls in time that runs backward.
+    fn passage(&self, wheel: usize, level_n: f64, row: usize, time: Time) -> Option<Onset> {
         let error = self.evidence.known_error(wheel, row);
         let sigma_n = self.evidence.sigma_of(wheel, row) * error.variance_share.sqrt();
         let near_s = self.rows.seconds(row);
@@ -266,13 +275,21 @@ impl Finder<'_> {
         let mut curve = Curve::default();
         let near = |row: &usize| (self.rows.seconds(*row) - near_s).abs() <= longest_s;
         let before = (0..row).rev().take_while(near).last().unwrap_or(row);
-        for row in (before..self.rows.len()).take_while(near) {
-            if self.rows.is_meaningful(row) {
-                let load_n = self.evidence.held_load(wheel, row) - error.mean_n;
-                curve.push(self.rows.seconds(row), load_n - level_n);
+        let mut rows: Vec<usize> = (before..self.rows.len()).take_while(near).collect();
+        let sign = match time {
+            Time::Forward => 1.0,
+            Time::Backward => {
+                rows.reverse();
+                -1.0
             }
+        };
+        for row in rows.into_iter().filter(|&row| self.rows.is_meaningful(row)) {
+            let load_n = self.evidence.held_load(wheel, row) - error.mean_n;
+            curve.push(sign * self.rows.seconds(row), load_n - level_n);
         }
-        onset::passage(&curve, near_s, sigma_n)
+        let found = onset::passage(&curve, sign * near_s, sigma_n)?;
+        let at_s = sign * found.at_s;
+        Some(Onset { at_s, ..found })
     }
 
     fn start_of(&self, episode: Episode, onset: Option<Onset>) -> i64 {
@@ -317,7 +334,10 @@ impl Finder<'_> {
         if below_n <= 0.0 && above_n > 0.0 {
             let share = below_n / (below_n - above_n);
             let [last_s, next_s] = [last, last + 1].map(|row| self.rows.seconds(row));
-            event.end_ns = Some(self.rows.time_ns(last_s + share * (next_s - last_s)));
+            let end_s = last_s + share * (next_s - last_s);
+            event.end_ns = Some(self.rows.time_ns(end_s));
+            let rises = self.passage(wheel, level_n, last, Time::Backward);
+            event.end_sigma_s = rises.map(|it| it.sigma_s.hypot(it.at_s - end_s));
         }
     }
 
@@ -397,24 +417,28 @@ impl Finder<'_> {
 }
 
 /// Sets the lead of each event: time since the onset of the earliest `wheel_light` still active at its start. Of a wheel that
-/// the rotation alone shows to be light, it is not known since when.
+/// the rotation alone shows to be light, it is not known since when; after one that may have been light before the rows that show
+/// it, no lead is known.
 pub(super) fn add_leads(events: &mut [Event]) {
     let by_rotation =
         |event: &&Event| event.start_bound == Bound::AtOrBefore && event.start_sigma_s.is_some();
-    let light: Vec<(i64, i64)> = events
+    let light: Vec<(Option<i64>, [i64; 2])> = events
         .iter()
         .filter(|event| event.kind == EventKind::WheelLight && !by_rotation(event))
-        .map(|event| (event.start_ns, event.end_ns.unwrap_or(i64::MAX)))
+        .map(|event| {
+            let is_known = event.start_bound == Bound::At;
+            (is_known.then_some(event.start_ns), event.span_ns())
+        })
         .collect();
     for event in events
         .iter_mut()
         .filter(|event| event.kind != EventKind::WheelLight)
     {
-        let going = light.iter().filter(|(start, end)| {
+        let going = light.iter().filter(|(_, [start, end])| {
             *start <= event.start_ns && event.start_ns <= end.saturating_add(MERGED_NS)
         });
-        event.lead_s = going
-            .map(|(start, _)| (event.start_ns - start) as f64 * 1e-9)
-            .reduce(f64::max);
+        // none is less than any
+        let earliest = going.map(|(start, _)| *start).min().flatten();
+        event.lead_s = earliest.map(|start| (event.start_ns - start) as f64 * 1e-9);
     }
 }

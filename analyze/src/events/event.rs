@@ -27,6 +27,8 @@ pub struct Event {
     /// Last row, or, of a wheel whose load rises through the limit before the next row, that time (ns); null if the event is still
     /// active when the log ends.
     pub end_ns: Option<i64>,
+    /// Standard deviation of that time (s); null where the load is not seen to rise through the limit, or without uncertainties.
+    pub end_sigma_s: Option<f64>,
     /// Whether it ended then, or may have gone on: rows after it are missing.
     #[schemars(with = "&'static str")]
     pub end_bound: Bound,
@@ -315,6 +317,7 @@ impl Event {
             start_sigma_s: None,
             start_bound: Bound::At,
             end_ns: None,
+            end_sigma_s: None,
             end_bound: Bound::At,
             subject,
             worst: f64::NAN,

@@ -31,6 +31,7 @@ pub(crate) use pass::{EventPass, LowestOtf, of_inputs, sorted};
 pub(crate) use rotation::{FoundRotation, RotationTrace, Rotations};
 pub(crate) use story::Stories;
 pub(crate) use tipping::{
-    SHIFT_SHARE, distances, drives, factors_off, has_axle_astride, may_be_fall, outwards,
+    SHIFT_SHARE, axles_astride, distances, drives, factors_off, has_axle_astride, may_be_fall,
+    outwards, tipping_line,
 };
 pub use turning::Turning;

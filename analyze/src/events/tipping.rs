@@ -161,7 +161,7 @@ pub(crate) fn factors_off(
 /// Two points of the line about which the machine tips over an edge: the contact points of the edge's wheels. An axle that
 /// swings about a pivot, with wheels on the edge and off it, stays on the ground with both, and carries what it carries at its
 /// pivot: midway between its wheels, as if it were symmetric.
-pub(super) fn tipping_line(
+pub(crate) fn tipping_line(
     machine: &Machine,
     placement: &Placement<'_>,
     edge: usize,
@@ -169,7 +169,7 @@ pub(super) fn tipping_line(
     let spec = &machine.polygon().edges()[edge];
     let contacts = &placement.contacts;
     [spec.from, spec.to].map(|end| {
-        let mut axles = astride(machine, edge);
+        let mut axles = axles_astride(machine, edge);
         let Some(axle) = axles.find(|axle| axle.supports_wheel[end]) else {
             return contacts[end];
         };
@@ -183,7 +183,7 @@ pub(super) fn tipping_line(
 }
 
 /// The free joints that bear wheels on an edge and off it. One that bears the edge as a whole tips with it.
-fn astride(machine: &Machine, edge: usize) -> impl Iterator<Item = &TorqueJoint> {
+pub(crate) fn axles_astride(machine: &Machine, edge: usize) -> impl Iterator<Item = &TorqueJoint> {
     let edge = &machine.polygon().edges()[edge];
     let (on_edge, ends) = (&edge.carries, [edge.from, edge.to]);
     let joints = machine.contact().free_joints.iter();
@@ -220,13 +220,13 @@ fn load_off<'a>(
 
 /// Whether the machine tips over an edge about another line than the edge: see [`tipping_line`].
 pub(crate) fn has_axle_astride(machine: &Machine, edge: usize) -> bool {
-    astride(machine, edge).next().is_some()
+    axles_astride(machine, edge).next().is_some()
 }
 
 /// Whether each wheel stays on the ground while the machine tips over an edge.
 fn stays(machine: &Machine, edge: usize) -> Vec<bool> {
     let mut stays = machine.polygon().edges()[edge].carries.clone();
-    for axle in astride(machine, edge) {
+    for axle in axles_astride(machine, edge) {
         let wheels = stays.iter_mut().zip(&axle.supports_wheel);
         wheels.for_each(|(stays, is_own)| *stays |= is_own);
     }

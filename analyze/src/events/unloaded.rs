@@ -206,6 +206,7 @@ impl<'a> UnloadedSupports<'a> {
                 start_ns: first.start_ns.min(measured.start_ns),
                 start_sigma_s: first.start_sigma_s.filter(|_| !is_measured_earlier),
                 end_ns: (last < i64::MAX).then_some(last),
+                end_sigma_s: first.end_sigma_s.filter(|_| first.end_ns == Some(last)),
                 // no split of the load changes what is measured, and no computed load is as certain
                 split_dependent: Some(false),
                 certainty: measured.certainty,

@@ -5,6 +5,7 @@ use serde::Serialize;
 use tipwatch_language::word;
 
 use super::column::{Column, Columns};
+use super::svg::course;
 
 /// Points of a curve; a screen has fewer columns.
 pub(crate) const MOST_POINTS: usize = 3000;
@@ -61,6 +62,9 @@ pub(crate) struct Trace {
     named: bool,
     /// Whether areas carry a pattern, so that they can be told apart without colour.
     hatched: bool,
+    /// Its course in words.
+    #[serde(skip)]
+    told: Option<String>,
     x: Column,
     y: Column,
 }
@@ -115,6 +119,16 @@ impl Figure {
         self.lanes.push(name.into());
     }
 
+    /// What it shows, for those who do not see it: its title, and the course of the curves that are drawn at first.
+    fn told(&self) -> String {
+        let shown = self.traces.iter().filter(|trace| !trace.hidden);
+        let curves = shown.filter_map(|trace| trace.told.as_deref());
+        let told: Vec<&str> = curves
+            .chain(self.lanes.iter().map(String::as_str))
+            .collect();
+        format!("{}: {}", self.title, told.join("; "))
+    }
+
     pub(crate) fn has_traces(&self) -> bool {
         !self.traces.is_empty()
     }
@@ -141,7 +155,9 @@ impl Trace {
         values: &[f64],
     ) -> Self {
         let (x, y) = columns.curve(seconds, values);
+        let points = || seconds.iter().copied().zip(values.iter().copied());
         Self {
+            told: (look == Look::Line).then(|| course(name, &points().collect::<Vec<_>>())),
             name: name.into(),
             look,
             colour,
@@ -190,9 +206,9 @@ pub(crate) fn figures(figures: &[Figure], part: &str) -> Markup {
         div.plots {
             @for (index, figure) in shown {
                 figure.plot-frame {
-                    figcaption id=(format_args!("plot-title-{index}")) { (figure.title) }
+                    figcaption { (figure.title) }
                     div.plot id=(format_args!("plot-{index}")) tabindex="0" role="img"
-                        aria-labelledby=(format_args!("plot-title-{index}"))
+                        aria-label=(figure.told())
                         style=(format_args!("min-height:{}px", figure.height)) {}
                 }
             }

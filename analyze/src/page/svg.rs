@@ -1,6 +1,9 @@
 //! Small charts as SVG.
 
 use maud::{Markup, html};
+use tipwatch_language::say;
+
+use crate::base::number::number;
 
 /// The style of charts.
 pub(crate) const CHART_STYLE: &str = include_str!("svg.css");
@@ -29,6 +32,8 @@ pub(crate) struct Chart {
     end: f64,
     body: Vec<Markup>,
     title: String,
+    /// What the chart shows, in words, for those who do not see it.
+    told: Vec<String>,
 }
 
 impl Chart {
@@ -39,6 +44,7 @@ impl Chart {
             end: WIDTH - RIGHT,
             body: Vec::new(),
             title: title.into(),
+            told: Vec::new(),
         }
     }
 
@@ -64,11 +70,18 @@ impl Chart {
     pub(crate) fn bar(&mut self, from: f64, to: f64, height: f64, class: &str, text: &str) {
         let (left, right, top) = (self.at_x(from), self.at_x(to), self.at_y(height));
         let width = (right - left - 1.0).max(0.5);
+        self.told.push(text.into());
         self.body.push(html! {
             rect class=(class) x=(tenth(left)) y=(tenth(top)) width=(tenth(width)) height=(tenth(FLOOR - top)) {
                 title { (text) }
             }
         });
+    }
+
+    /// A named line through values over time (s), whose course is told, too.
+    pub(crate) fn curve(&mut self, name: &str, points: &[(f64, f64)], class: &str) {
+        self.line(points, class);
+        self.told.push(course(name, points));
     }
 
     /// A line through points; one that is not finite breaks it.
@@ -166,7 +179,7 @@ impl Chart {
         html! {
             figure {
                 figcaption { (self.title) }
-                svg.chart viewBox=(format_args!("0 0 {WIDTH} {HEIGHT}")) role="img" aria-label=(self.title) {
+                svg.chart viewBox=(format_args!("0 0 {WIDTH} {HEIGHT}")) role="img" aria-label=(format_args!("{}: {}", self.title, self.told.join("; "))) {
                     @for part in &self.body { (part) }
                     (segment("axis", [LEFT, FLOOR], [self.end, FLOOR]))
                     (segment("axis", [LEFT, TOP], [LEFT, FLOOR]))
@@ -174,6 +187,29 @@ impl Chart {
             }
         }
     }
+}
+
+/// Ends and extremes of values over time (s), in words.
+pub(crate) fn course(name: &str, points: &[(f64, f64)]) -> String {
+    let known = || points.iter().filter(|(_, value)| value.is_finite());
+    let (Some(first), Some(last)) = (known().next(), known().next_back()) else {
+        return say!("{name} unknown");
+    };
+    let least = known().min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or(first);
+    let greatest = known().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or(first);
+    let [first, last, least, greatest] =
+        [first, last, least, greatest].map(|(time_s, value)| (number(*value), time_s));
+    say!(
+        "{name} from {} at {:.1} s to {} at {:.1} s, least {} at {:.1} s, greatest {} at {:.1} s",
+        first.0,
+        first.1,
+        last.0,
+        last.1,
+        least.0,
+        least.1,
+        greatest.0,
+        greatest.1
+    )
 }
 
 /// The points of a line that differs from the given one by less than can be seen, ends and peaks included (Ramer, Douglas and

@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 use tipwatch_language::{say, word};
-use tipwatch_mechanics::machine::{Ground, Split};
+use tipwatch_mechanics::machine::{Ground, Machine, Split};
 
 use super::findings::reason_counts;
 use super::unstated_load;
@@ -131,13 +131,21 @@ pub(super) fn limitations(analysis: &Analysis) -> Markup {
         @if lost.is_empty() {
             p { (word!("No damaged bytes were found in the parts of the log that were read.")) }
         } @else {
-            p { (say!("{} bytes of the log were lost, in {} ranges:", losses.bytes_lost(), losses.ranges.len())) }
+            p { (say!("{} bytes of the log were lost; ranges: {}", losses.bytes_lost(), losses.ranges.len())) }
             (list(&lost))
             @if losses.ranges.len() > MOST_LISTED {
                 p { (say!("{} more lost ranges are in summary.json.", losses.ranges.len() - MOST_LISTED)) }
             }
         }
     }
+}
+
+/// About what a machine with an axle that swings about a pivot tips, and that its indicators are about other lines.
+pub(super) fn about_pivot(machine: &Machine) -> Option<&'static str> {
+    let mut edges = 0..machine.polygon().edges().len();
+    edges.any(|edge| has_axle_astride(machine, edge)).then(|| {
+        word!("Over its sides the machine tips about a line to the pivot of an axle. Moments, angles and the margin of the zero moment point are about the edges of the wheels' rectangle, which hold once the axle rests against its stop: before, they show more stability than there is.")
+    })
 }
 
 fn of_model(analysis: &Analysis) -> Vec<String> {
@@ -171,9 +179,9 @@ fn of_model(analysis: &Analysis) -> Vec<String> {
             word.many
         ));
     }
-    let edges = 0..machine.polygon().edges().len();
-    if edges.clone().any(|edge| has_axle_astride(machine, edge)) {
-        found.push(word!("Over its sides the machine tips about a line to the pivot of an axle. The stop of the axle is not modelled, and what explains such a rotation (an unstated load, another mass) is not tried.").into());
+    if let Some(about_pivot) = about_pivot(machine) {
+        found.push(about_pivot.into());
+        found.push(word!("The stop of the axle is not modelled, and what explains such a rotation (an unstated load, another mass) is not tried.").into());
     }
     found.push(
         word!("Flexibility of frame and arm, tyre camber and lateral tyre deflection are not modelled.")
@@ -219,12 +227,17 @@ fn of_log(analysis: &Analysis) -> Vec<String> {
             analysis.coverage
         ));
     }
-    found.extend(reason_counts(analysis).into_iter().map(|(reason, count)| {
-        say!(
-            "{count} rows are invalid because of {}.",
-            readable(reason.name())
-        )
-    }));
+    found.extend(
+        reason_counts(analysis)
+            .into_iter()
+            .map(|(reason, count)| match count {
+                1 => say!("One row is invalid because of {}.", readable(reason.name())),
+                _ => say!(
+                    "{count} rows are invalid because of {}.",
+                    readable(reason.name())
+                ),
+            }),
+    );
     let unused: u64 = analysis
         .inputs
         .iter()

@@ -58,7 +58,7 @@ fn chart(analysis: &Analysis, wheel: usize, sketch: &Sketch, end: f64) -> Markup
     let load = points
         .iter()
         .map(|point| (seconds(point.row()), point.values()[0]));
-    chart.line(&load.collect::<Vec<_>>(), "line-a");
+    chart.curve(name, &load.collect::<Vec<_>>(), "line-a");
     if let Some(limits) = &analysis.min_loads_n {
         chart.line(&[(0.0, limits[wheel]), (last, limits[wheel])], "limit");
     }

@@ -204,23 +204,21 @@ impl Drawing {
         self.circle("dimension-end", end, r);
     }
 
-    /// The scale as a bar in the lower left corner: 1 m where it fits.
-    pub(super) fn finish(mut self, title: &str, bar: bool) -> Markup {
+    /// With the scale as a bar in the lower left corner: 1 m where it fits. Who does not see it is told what was `found`.
+    pub(super) fn finish(mut self, title: &str, found: &str) -> Markup {
         let [width, height] = self.size;
-        if bar {
-            let metres = [10.0, 1.0, 0.1, 0.01];
-            let fits = |metres: &f64| metres * self.scale <= 0.4 * WIDTH;
-            let metres = metres.into_iter().find(fits).unwrap_or(0.01);
-            let length = metres * self.scale;
-            let y = tenth(height - 8.0);
-            self.body.push(html! {
-                line class="dimension" x1="8" y1=(y) x2=(tenth(8.0 + length)) y2=(y) {}
-                text x="8" y=(tenth(height - 12.0)) font-size=(tenth(LETTERS)) text-anchor="start" { (metres) " m" }
-            });
-        }
+        let metres = [10.0, 1.0, 0.1, 0.01];
+        let fits = |metres: &f64| metres * self.scale <= 0.4 * WIDTH;
+        let metres = metres.into_iter().find(fits).unwrap_or(0.01);
+        let length = metres * self.scale;
+        let y = tenth(height - 8.0);
+        self.body.push(html! {
+            line class="dimension" x1="8" y1=(y) x2=(tenth(8.0 + length)) y2=(y) {}
+            text x="8" y=(tenth(height - 12.0)) font-size=(tenth(LETTERS)) text-anchor="start" { (metres) " m" }
+        });
         html! {
             figure.drawing {
-                svg.top-view viewBox=(format_args!("0 0 {} {}", tenth(width), tenth(height))) role="img" aria-label=(title) {
+                svg.top-view viewBox=(format_args!("0 0 {} {}", tenth(width), tenth(height))) role="img" aria-label=(format_args!("{title}. {found}")) {
                     @for part in &self.body { (part) }
                 }
                 figcaption { (title) }
@@ -267,7 +265,7 @@ mod tests {
         let [e, f] = drawing.at([1.0, 1.5]);
         assert!((c - a - (b - f)).abs() < 1e-9 && b == d && a == e);
         drawing.width([0.0, 0.0], [4.0, 0.0], 10.0, "wheelbase");
-        let text = drawing.finish("side", true).into_string();
+        let text = drawing.finish("side", "").into_string();
         assert!(text.contains("wheelbase 4.00 m") && text.contains("1 m<"));
         assert!(Drawing::around(&[[f64::NAN, 0.0]]).is_none());
     }

@@ -26,7 +26,8 @@ pub(super) fn causes(analysis: &Analysis) -> Markup {
     // events of the same wheel at the same time have the same causes: a lift, and the tipping that begins with it
     let mut groups: Vec<(Vec<String>, &EventCauses)> = Vec::new();
     for event in events {
-        let Some(causes) = &event.causes else {
+        // what lost no load before has no causes of a loss: that of a fall is its rotation
+        let Some(causes) = event.causes.as_ref().filter(|it| it.is_loss()) else {
             continue;
         };
         let name = scene.kind_and_subject(event);
@@ -71,7 +72,9 @@ pub(super) fn causes(analysis: &Analysis) -> Markup {
 /// Why nothing is known of how the loads depend on signals and parameters.
 pub(super) fn no_derivatives(analysis: &Analysis) -> &'static str {
     match analysis.options.model {
-        ModelKind::WholeBody => word!("There are no derivatives: in no row are all loads valid."),
+        ModelKind::WholeBody => {
+            word!("There are no derivatives: in no valid row can they be computed.")
+        }
         _ => word!("The chosen model does not compute derivatives."),
     }
 }
@@ -84,7 +87,7 @@ pub(super) fn sensitivity(analysis: &Analysis) -> Markup {
     let machine = &analysis.machine;
     let rows = found.ranked();
     let Some(first) = rows.first() else {
-        return html! {};
+        return html! { p { (no_derivatives(analysis)) } };
     };
     let optional = |value: Option<f64>| value.map_or("–".into(), short);
     let cells = rows.iter().take(MOST_PARAMETERS).map(|row| {

@@ -190,7 +190,10 @@ fn parts(analysis: &Analysis, drawn: &Drawn<'_>) -> Vec<ExpertPart> {
         part(
             "indicators",
             word!("Stability indicators"),
-            figures(Part::Indicators),
+            html! {
+                @if let Some(hint) = basis::about_pivot(&analysis.machine) { p.hint { (hint) } }
+                (figures(Part::Indicators))
+            },
         ),
         part(
             "posture",

@@ -1,23 +1,33 @@
-//! The machine at one row: from above and from the side, to scale, with its loads and their bands.
+//! The machine at one row: from above, and from the right or from behind, to scale, with its loads and their bands.
 
 use maud::{Markup, html};
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
 use tipwatch_language::{say, word};
 use tipwatch_mechanics::machine::SupportKind;
 use tipwatch_mechanics::{Placement, Quantity, State};
 
+use super::area::Area;
 use super::drawing::{Anchor, Drawing, Point};
 use crate::analysis::Analysis;
 use crate::base::rows::Rows;
 use crate::events::support_words::SupportWord;
+use crate::events::{Event, tipping_line};
 use crate::page::{number, table_of};
 
 /// Radius of the disc of the largest load at rest, as a share of the smaller distance between wheels.
 const LARGEST_DISC: f64 = 0.24;
+/// Width of a drawn tyre as a share of its diameter.
+const TYRE_WIDTH: f64 = 0.35;
 
-/// The machine at a row, from above and from the side, with its loads; without them where they are `contradicted` by what
-/// happened.
-pub(super) fn pictures(analysis: &Analysis, row: usize, contradicted: bool) -> Markup {
+/// The machine at a row, from above and across, with its loads; without them where they are `contradicted` by what happened.
+/// The second picture is in the plane in which the machine turned about the edge of the `event`, else in that in which gravity
+/// leans more.
+pub(super) fn pictures(
+    analysis: &Analysis,
+    row: usize,
+    event: Option<&Event>,
+    contradicted: bool,
+) -> Markup {
     let mut state = State::zero(&analysis.machine);
     let found = analysis.rows.window(row..row + 1);
     found.states.get(0, &mut state);
@@ -26,7 +36,10 @@ pub(super) fn pictures(analysis: &Analysis, row: usize, contradicted: bool) -> M
     let known: Vec<bool> = (0..analysis.machine.wheels().len())
         .map(|wheel| found.value(Quantity::Load(wheel), 0).is_finite())
         .collect();
-    let view = View {
+    let mut view = View {
+        down: Vector3::repeat(f64::NAN),
+        across: Across::Length,
+        area: Area::of(&analysis.rows, row, &state),
         // all of them where none is known
         carries: match known.contains(&true) {
             true => known,
@@ -37,10 +50,27 @@ pub(super) fn pictures(analysis: &Analysis, row: usize, contradicted: bool) -> M
         rows: &found,
         contradicted,
     };
+    let on_plane = placement.on_plane(&-state.base.up);
+    view.down = Vector3::new(
+        on_plane.x,
+        on_plane.y,
+        -placement.normal.dot(&state.base.up),
+    );
+    let edge = event.and_then(|event| analysis.machine.edge_named(&event.subject));
+    let turns = edge.map(|edge| tipping_line(&analysis.machine, &placement, edge));
+    let turns = turns.map(|[from, to]| placement.on_plane(&(to - from)));
+    // about a line along the machine it turns to its side
+    let [along, aside] = match turns {
+        Some(line) => [line.y.abs(), line.x.abs()],
+        None => [view.down.x.abs(), view.down.y.abs()],
+    };
+    if aside > along {
+        view.across = Across::Width;
+    }
     html! {
         div.pictures.two {
             @if let Some(picture) = view.view_from_above() { (picture) }
-            @if let Some(picture) = view.view_from_the_side(&state) { (picture) }
+            @if let Some(picture) = view.view_across() { (picture) }
         }
     }
 }
@@ -80,8 +110,21 @@ pub(super) fn loads(analysis: &Analysis, row: usize) -> Markup {
     table_of(cells)
 }
 
+/// What a picture that is not from above shows.
+#[derive(Clone, Copy, PartialEq)]
+enum Across {
+    /// From the right.
+    Length,
+    /// From behind.
+    Width,
+}
+
 /// The machine at one row.
 struct View<'a> {
+    across: Across,
+    /// Gravity's direction: forward, left and along the normal of the contact plane; NaN where it is unknown.
+    down: Vector3<f64>,
+    area: Area,
     analysis: &'a Analysis,
     placement: &'a Placement<'a>,
     /// The row alone.
@@ -99,7 +142,14 @@ impl View<'_> {
         [-on_plane.y, on_plane.x]
     }
 
-    /// Forward is to the right.
+    /// Of forward and left, what is to the right.
+    fn right(&self, forward: f64, left: f64) -> f64 {
+        match self.across {
+            Across::Length => forward,
+            Across::Width => -left,
+        }
+    }
+
     fn side(&self, point: &Vector3<f64>) -> Point {
         let ground: Vec<f64> = self
             .standing(&self.placement.contacts)
@@ -107,7 +157,8 @@ impl View<'_> {
             .collect();
         let ground = ground.iter().sum::<f64>() / ground.len() as f64;
         let on_plane = self.placement.on_plane(point);
-        [on_plane.x, self.placement.normal.dot(point) - ground]
+        let right = self.right(on_plane.x, on_plane.y);
+        [right, self.placement.normal.dot(point) - ground]
     }
 
     /// Of values by support, those of the supports that the machine stands on.
@@ -168,23 +219,19 @@ impl View<'_> {
         all.extend(arm.iter().flatten());
         let mut drawing = Drawing::around(&all)?;
         let carries = &self.carries;
-        let corners: Vec<Point> = (around_their_middle(&contacts, carries).into_iter())
-            .map(|wheel| contacts[wheel])
-            .collect();
+        let seen = |at: &Vector2<f64>| [-at.y, at.x];
+        let corners: Vec<Point> = self.area.corners.iter().map(seen).collect();
         drawing.polygon("support", &corners);
+        for [from, to] in &self.area.axles {
+            drawing.line("axle", seen(from), seen(to));
+        }
         let at_rest = &machine.reference().static_load;
         let largest = at_rest.iter().copied().fold(1.0, f64::max);
         let largest_disc_m = LARGEST_DISC * smaller_span(&contacts);
         let disc = |load: f64| largest_disc_m * (load / largest).sqrt();
         for (wheel, (facts, &[x, y])) in machine.wheels().iter().zip(&contacts).enumerate() {
-            let (half, r) = (0.35 * facts.radius, facts.radius);
-            let tyre = [
-                [x - half, y - r],
-                [x + half, y - r],
-                [x + half, y + r],
-                [x - half, y + r],
-            ];
-            drawing.polygon("tyre", &tyre);
+            let r = facts.radius;
+            drawing.polygon("tyre", &tyre([x, y], TYRE_WIDTH * r, r));
             if carries[wheel] && at_rest[wheel] > 0.0 {
                 drawing.circle("at-rest", [x, y], disc(at_rest[wheel]));
             }
@@ -220,7 +267,7 @@ impl View<'_> {
                 continue;
             }
             let load = self.load(wheel);
-            let is_left = at[0] < corners.iter().map(|c| c[0]).sum::<f64>() / corners.len() as f64;
+            let is_left = at[0] < (low + high) / 2.0;
             let disc = largest_disc_m * (load.max(at_rest[wheel]) / largest).sqrt();
             let outside = disc.max(0.8 * facts.radius);
             let beside = drawing_shift(&drawing, outside, is_left);
@@ -263,19 +310,19 @@ impl View<'_> {
             };
             drawing.width([left, rear], [right, rear], 14.0, name);
         }
-        let title = match self.contradicted {
-            true => {
-                word!(
-                    "From above, forward is up; no loads are drawn, as those of the stated machine do not show this fall; dashed: load at rest"
-                )
-            }
-            false => {
-                word!(
-                    "From above, forward is up; disc: load, dashed: at rest, cross: no load, diamond: zero moment point"
-                )
-            }
+        let pivot = match self.area.axles.is_empty() {
+            true => "",
+            false => word!("; shaded: what it tips out of, for the axle carries at its pivot"),
         };
-        Some(drawing.finish(title, true))
+        let title = match self.contradicted {
+            true => word!(
+                "From above, forward is up; no loads are drawn, as those of the stated machine do not show this fall; dashed: load at rest"
+            ),
+            false => word!(
+                "From above, forward is up; disc: load, dashed: at rest, cross: no load, diamond: zero moment point"
+            ),
+        };
+        Some(drawing.finish(&format!("{title}{pivot}"), &self.loads_in_words()))
     }
 
     /// Sideways coordinates of the pair of wheels that stand farthest apart.
@@ -290,7 +337,7 @@ impl View<'_> {
         Some((widest.0[0], widest.1[0]))
     }
 
-    fn view_from_the_side(&self, state: &State<f64>) -> Option<Markup> {
+    fn view_across(&self) -> Option<Markup> {
         let machine = &self.analysis.machine;
         let contacts: Vec<Point> = self
             .placement
@@ -303,7 +350,12 @@ impl View<'_> {
             .collect();
         let arm: Vec<[Point; 2]> = self.arm(Self::side);
         let centre = self.side(&self.placement.centre_of_mass);
-        let around = |&([x, y], r): &(Point, f64)| [[x - r, y - r], [x + r, y + r]];
+        // seen from behind, a tyre is a share of its diameter wide
+        let wide = |r: f64| match self.across {
+            Across::Length => r,
+            Across::Width => TYRE_WIDTH * r,
+        };
+        let around = |&([x, y], r): &(Point, f64)| [[x - wide(r), y - r], [x + wide(r), y + r]];
         // feet have no radius: a leg as long as the largest wheel is high
         let leg = 2.0 * wheels.iter().map(|wheel| wheel.1).fold(0.2, f64::max);
         let feet = self
@@ -317,7 +369,7 @@ impl View<'_> {
         all.push(centre);
         let mut drawing = Drawing::around(&all)?;
         let along = || self.standing(&contacts).map(|contact| contact[0]);
-        let (rear, front) = (
+        let (first, last) = (
             along().fold(f64::INFINITY, f64::min),
             along().fold(f64::NEG_INFINITY, f64::max),
         );
@@ -326,8 +378,12 @@ impl View<'_> {
             all.iter().map(|p| p[0]).fold(f64::NEG_INFINITY, f64::max),
         );
         drawing.line("ground", [low, 0.0], [high, 0.0]);
-        for (centre, radius) in &wheels {
-            drawing.circle("tyre", *centre, *radius);
+        for &([x, y], r) in &wheels {
+            let half = wide(r);
+            match self.across {
+                Across::Length => drawing.circle("tyre", [x, y], r),
+                Across::Width => drawing.polygon("tyre", &tyre([x, y], half, r)),
+            }
         }
         for &[x, y] in &feet {
             let half = drawing.metres(5.0);
@@ -338,38 +394,98 @@ impl View<'_> {
             drawing.line("arm", *from, *to);
         }
         self.mark_centre(&mut drawing, centre);
-        let name = if self.is_on_wheels() {
-            word!("wheelbase")
-        } else {
-            word!("support length")
+        let name = match (self.across, self.is_on_wheels()) {
+            (Across::Length, true) => word!("wheelbase"),
+            (Across::Length, false) => word!("support length"),
+            (Across::Width, true) => word!("track"),
+            (Across::Width, false) => word!("support width"),
         };
-        drawing.width([rear, 0.0], [front, 0.0], 12.0, name);
+        drawing.width([first, 0.0], [last, 0.0], 12.0, name);
         drawing.height(
             [centre[0], 0.0],
             centre,
             drawing_room(&drawing, centre[0], high),
             word!("centre of mass"),
         );
-        let up = &state.base.up;
-        if up.iter().all(|part| part.is_finite()) {
-            let down = -up;
-            let along = self.placement.on_plane(&down).x;
-            let into = self.placement.normal.dot(&down);
-            let length = along.hypot(into).max(1e-9);
+        let down = &self.down;
+        if down.iter().all(|part| part.is_finite()) {
+            let right = self.right(down.x, down.y);
+            let length = right.hypot(down.z).max(1e-9);
             let r = drawing.metres(30.0);
             let tip = [
-                centre[0] + along / length * r,
-                centre[1] + into / length * r,
+                centre[0] + right / length * r,
+                centre[1] + down.z / length * r,
             ];
             drawing.line("gravity", centre, tip);
         }
-        Some(drawing.finish(
-            match self.contradicted {
-                true => word!("From the right, forward is to the right; centre of mass of the stated machine, thin line from it: gravity"),
-                false => word!("From the right, forward is to the right; thin line from the centre of mass: gravity"),
-            },
-            true,
-        ))
+        let from = match self.across {
+            Across::Length => word!("From the right, forward is to the right").into(),
+            // neither picture has a line for it
+            Across::Width => format!(
+                "{}; {} {:.2} m",
+                word!("From behind, left is to the left"),
+                match self.is_on_wheels() {
+                    true => word!("wheelbase"),
+                    false => word!("support length"),
+                },
+                self.length()
+            ),
+        };
+        let shown = match self.contradicted {
+            true => word!("centre of mass of the stated machine, thin line from it: gravity"),
+            false => word!("thin line from the centre of mass: gravity"),
+        };
+        let title = format!("{from}; {shown}");
+        Some(drawing.finish(&title, &self.gravity_in_words(centre[1])))
+    }
+
+    /// From the rearmost to the foremost support (m).
+    fn length(&self) -> f64 {
+        let along = || {
+            let standing = self.standing(&self.placement.contacts);
+            standing.map(|at| self.placement.on_plane(at).x)
+        };
+        along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
+    }
+
+    /// What each wheel or other support carries, and where the zero moment point is.
+    fn loads_in_words(&self) -> String {
+        if self.contradicted {
+            return String::new();
+        }
+        let wheels = self.analysis.machine.wheels().iter().enumerate();
+        let standing = wheels.filter(|(wheel, _)| self.carries[*wheel]);
+        let loads = standing.map(|(wheel, facts)| match self.load(wheel) {
+            load if load.is_nan() => say!("{}: load unknown", facts.name),
+            load if load <= 0.0 => say!("{} carries nothing", facts.name),
+            load => say!("{} carries {} N", facts.name, number(load)),
+        });
+        let mut told: Vec<String> = loads.collect();
+        if let Some([right, forward]) = self.zmp() {
+            told.push(match self.area.is_inside(&Vector2::new(forward, -right)) {
+                Some(true) => word!("the zero moment point is within the supports").into(),
+                Some(false) => word!("the zero moment point is not within the supports").into(),
+                None => word!("the area of the supports is unknown").into(),
+            });
+        }
+        told.join("; ")
+    }
+
+    /// How high the centre of mass is (m), and to which side gravity leans.
+    fn gravity_in_words(&self, height: f64) -> String {
+        let height = say!("Centre of mass {height:.2} m above the ground");
+        let right = self.right(self.down.x, self.down.y);
+        let angle = right.atan2(-self.down.z).to_degrees();
+        let side = match (self.across, angle > 0.0) {
+            (Across::Length, true) => word!("forward"),
+            (Across::Length, false) => word!("backward"),
+            (Across::Width, true) => word!("to the right"),
+            (Across::Width, false) => word!("to the left"),
+        };
+        match angle.is_finite() {
+            true => say!("{height}; gravity leans {:.1}° {side}", angle.abs()),
+            false => say!("{height}; the direction of gravity is unknown"),
+        }
     }
 
     fn arm(&self, project: fn(&Self, &Vector3<f64>) -> Point) -> Vec<[Point; 2]> {
@@ -401,33 +517,14 @@ fn smaller_span(points: &[Point]) -> f64 {
     spans.reduce(f64::min).unwrap_or(1.0)
 }
 
-/// The corners of the polygon around the chosen points, in turn: those inside it and on its edges are left out.
-fn around_their_middle(points: &[Point], chosen: &[bool]) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..points.len()).filter(|&k| chosen[k]).collect();
-    let compare = |a: &usize, b: &usize| {
-        let ([ax, ay], [bx, by]) = (points[*a], points[*b]);
-        ax.total_cmp(&bx).then(ay.total_cmp(&by))
-    };
-    order.sort_by(compare);
-    // Andrew's monotone chain: the lower side from left to right, then the upper side back
-    let side = |order: &mut dyn Iterator<Item = usize>| {
-        let mut chain: Vec<usize> = Vec::new();
-        for next in order {
-            while let [.., a, b] = chain[..] {
-                let ([ax, ay], [bx, by], [cx, cy]) = (points[a], points[b], points[next]);
-                if (bx - ax) * (cy - ay) - (by - ay) * (cx - ax) > 1e-9 {
-                    break;
-                }
-                chain.pop();
-            }
-            chain.push(next);
-        }
-        chain.pop();
-        chain
-    };
-    let mut corners = side(&mut order.iter().copied());
-    corners.extend(side(&mut order.iter().rev().copied()));
-    corners
+/// The corners of a tyre seen from above or from behind, by half of its width and of its length.
+fn tyre([x, y]: Point, half: f64, r: f64) -> [Point; 4] {
+    [
+        [x - half, y - r],
+        [x + half, y - r],
+        [x + half, y + r],
+        [x - half, y + r],
+    ]
 }
 
 /// Where the label of a wheel begins: beyond its disc, in the picture's own units.
@@ -439,20 +536,4 @@ fn drawing_shift(drawing: &Drawing, outside_m: f64, is_left: bool) -> f64 {
 /// Distance from a point to beyond the right end, in the picture's own units.
 fn drawing_room(drawing: &Drawing, from: f64, end: f64) -> f64 {
     (end - from) / drawing.metres(1.0) + 6.0
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_polygon_goes_around_the_feet_and_leaves_the_raised_wheels_out() {
-        let wheels = [[-1.0, 2.0], [1.0, 2.0], [-1.0, -2.0], [1.0, -2.0]];
-        let feet = [[-2.0, 2.5], [2.0, 2.5], [-2.0, -2.5], [2.0, -2.5]];
-        let points = [wheels, feet].concat();
-        assert_eq!(around_their_middle(&points, &[true; 8]), [6, 7, 5, 4]);
-        let front_foot_up = [false, false, false, false, true, false, true, true];
-        assert_eq!(around_their_middle(&points, &front_foot_up), [6, 7, 4]);
-        assert_eq!(around_their_middle(&points[..4], &[true; 4]), [2, 3, 1, 0]);
-    }
 }

@@ -1,5 +1,6 @@
 //! The report: one page for people, complete in itself, that opens without a network.
 
+mod area;
 mod basis;
 mod charts;
 mod clocks;

@@ -56,24 +56,6 @@
     const loads = instant.wheels.map(function (w) { return w[2] !== null; });
     return loads.some(Boolean) ? loads : loads.map(function () { return true; });
   }
-  // The corners around some points, in turn (Andrew's monotone chain).
-  function hull(points) {
-    const sorted = points.slice().sort(function (a, b) { return a[0] - b[0] || a[1] - b[1]; });
-    const side = function (all) {
-      const chain = [];
-      all.forEach(function (c) {
-        while (chain.length > 1) {
-          const a = chain[chain.length - 2], b = chain[chain.length - 1];
-          if ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 1e-9) { break; }
-          chain.pop();
-        }
-        chain.push(c);
-      });
-      return chain.slice(0, -1);
-    };
-    return side(sorted).concat(side(sorted.reverse()));
-  }
-
   function add(parent, name, attributes, text) {
     const element = document.createElementNS(NAMESPACE, name);
     Object.keys(attributes).forEach(function (key) { element.setAttribute(key, attributes[key]); });
@@ -146,12 +128,14 @@
     svg.setAttribute('viewBox', '0 0 ' + size.width + ' ' + size.height);
     svg.replaceChildren();
     const stands = standing(instant);
-    const corners = hull(instant.wheels.filter(function (w, k) { return stands[k]; })
-      .map(function (w) { return w.slice(0, 2); }).filter(known));
+    const corners = instant.area;
     if (corners.length > 2) {
       add(svg, 'polygon', { 'class': 'support', 'stroke-width': unit * 0.5,
         points: corners.map(function (c) { return at(c[0], c[1]).join(','); }).join(' ') });
     }
+    instant.axles.forEach(function (ends) {
+      line(svg, 'axle', at(ends[0][0], ends[0][1]), at(ends[1][0], ends[1][1]), unit);
+    });
     moments.wheels.forEach(function (facts, w) {
       if (known(instant.wheels[w].slice(0, 2))) { wheel(svg, facts, instant.wheels[w]); }
     });
@@ -233,9 +217,7 @@
         points: points.map(function (p) { return project(p[0], p[1], p[2]).join(','); }).join(' ') });
     };
     const there = instant.wheels.map(function (w) { return known(w.slice(0, 2)); });
-    const stands = standing(instant);
-    const corners = hull(instant.wheels.filter(function (w, k) { return there[k] && stands[k]; })
-      .map(function (w) { return w.slice(0, 2); }));
+    const corners = instant.area;
     shape('support', corners.map(function (c) { return [c[0], c[1], 0]; }), unit * 0.4);
     moments.wheels.forEach(function (facts, w) {
       if (!there[w]) { return; }
@@ -277,10 +259,6 @@
     }
   }
 
-  moments.pictures.forEach(function (event, place) {
-    draw(document.getElementById('picture-' + place), moments.events[event].instant);
-  });
-
   const picture = document.getElementById('moment');
   const side = document.getElementById('moment-side');
   const space = document.getElementById('moment-space');
@@ -298,8 +276,21 @@
     return line;
   }
 
+  // Who does not see a picture hears what it shows: its name on the page, and the loads.
+  function tell(svg, index) {
+    const name = svg.dataset.name || (svg.dataset.name = svg.getAttribute('aria-label'));
+    const stands = standing(moments.instants[index]);
+    const loads = moments.wheels.map(function (facts, w) {
+      const load = moments.instants[index].wheels[w][2];
+      return facts.name + ' ' + (load === null ? texts.unknown : Math.round(load) + ' N');
+    });
+    svg.setAttribute('aria-label', name + (/ t = /.test(name) ? ': ' : ', t = ' + moments.instants[index].t.toFixed(2) + ' s: ') +
+      loads.filter(function (_, w) { return stands[w]; }).join(', '));
+  }
+
   function show(index) {
     const instant = moments.instants[index];
+    [picture, side, space].forEach(function (svg) { tell(svg, index); });
     slider.value = index;
     draw(picture, index);
     drawSide(side, index);
@@ -349,5 +340,10 @@
     const later = moments.instants.findIndex(function (instant) { return instant.t >= seconds; });
     show(later < 0 ? moments.instants.length - 1 : later);
   };
+  moments.pictures.forEach(function (event, place) {
+    const svg = document.getElementById('picture-' + place);
+    draw(svg, moments.events[event].instant);
+    tell(svg, moments.events[event].instant);
+  });
   show(moments.first);
 })();

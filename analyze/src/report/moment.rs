@@ -3,12 +3,13 @@
 //! This file selects the numbers; `moment.js` draws them.
 
 use maud::{Markup, html};
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
 use rayon::prelude::*;
 use serde::Serialize;
 use tipwatch_language::{say, word};
 use tipwatch_mechanics::{Placement, Quantity, State};
 
+use super::area::Area;
 use super::findings::{Scene, rank};
 use super::sheet;
 use crate::analysis::Analysis;
@@ -108,6 +109,10 @@ struct Instant {
     /// Angle between gravity and the normal of the contact plane (degrees): the slope of the ground while all wheels stand
     /// on it, more while the machine tips.
     tilt: Option<f64>,
+    /// Corners of the area on which the machine stands: x, y; empty where its supports are unknown.
+    area: Vec<[Option<f64>; 2]>,
+    /// Axles that swing about a pivot: x, y of either end.
+    axles: Vec<[[Option<f64>; 2]; 2]>,
     /// By segment: x, y, height at either end.
     arm: Vec<[Option<f64>; 6]>,
     /// Why the row is invalid; empty if it is valid.
@@ -289,6 +294,8 @@ fn instants(analysis: &Analysis, spread: &Instants, shown: &[usize]) -> Vec<Inst
             [x, y, known(placement.normal.dot(point) - ground, 1e3)]
         };
         let (gravity, tilt) = gravity(&placement, &state.base.up);
+        let area = Area::of(table, row, &state);
+        let corner = |at: &Vector2<f64>| [known(at.x, 1e3), known(at.y, 1e3)];
         instants.push(Instant {
             t: known(table.seconds(row), 1e3).unwrap_or_default(),
             wheels: placement.contacts.iter().enumerate().map(wheel).collect(),
@@ -299,6 +306,10 @@ fn instants(analysis: &Analysis, spread: &Instants, shown: &[usize]) -> Vec<Inst
             com: in_space(&placement.centre_of_mass),
             gravity,
             tilt,
+            area: area.corners.iter().map(corner).collect(),
+            axles: (area.axles.iter())
+                .map(|[from, to]| [corner(from), corner(to)])
+                .collect(),
             arm: (placement.arm_segments.iter())
                 .map(|[from, to]| {
                     let ([a, b, c], [d, e, f]) = (in_space(from), in_space(to));

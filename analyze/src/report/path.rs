@@ -10,7 +10,7 @@ use super::findings::Scene;
 use super::sheet;
 use crate::analysis::Analysis;
 use crate::base::rows::Rows;
-use crate::page::number;
+use crate::page::{number, percent};
 
 /// Most pieces of the path: more than a reader can tell apart.
 const MOST_PIECES: usize = 400;
@@ -85,12 +85,21 @@ pub(super) fn section(analysis: &Analysis, path: Option<&Path>) -> Option<Markup
     let times = Scene::of(analysis);
     let (from, to) = (first.row, last.row);
     let seconds = |row: usize| times.seconds(analysis.rows.times_ns[row]);
+    let told = say!(
+        "The path of the base, {} m from t = {:.1} s to {:.1} s, integrated from the velocity of the odometry and the angular \
+        velocity of the IMU: its shape drifts with time. Forward at the start is up.",
+        number(path.length_m),
+        seconds(from),
+        seconds(to)
+    );
+    let used = path.pieces.iter().map(|piece| piece.used);
+    let found = match used.fold(f64::NAN, f64::max) {
+        used if used.is_finite() => say!("Greatest utilisation on it: {}", percent(used)),
+        _ => word!("The utilisation on it is unknown").into(),
+    };
     Some(html! {
-        p {
-            (say!("The path of the base, {} m from t = {:.1} s to {:.1} s, integrated from the velocity of the odometry and the angular \
-            velocity of the IMU: its shape drifts with time. Forward at the start is up.", number(path.length_m), seconds(from), seconds(to)))
-        }
-        (drawing.finish(word!("Path, coloured by utilisation"), true))
+        p { (told) }
+        (drawing.finish(word!("Path, coloured by utilisation"), &found))
         p.hint {
             (say!("Utilisation is one minus the smallest load of a {} as a share of its load at rest: ", times.word.one))
             span.used-low { (word!("below 75 %")) } ", " span.used-notice { (word!("from 75 %")) } ", "

@@ -1,5 +1,7 @@
 //! What would have prevented the worst event: the simulated advice as a section and as a finding.
 
+use std::collections::BTreeSet;
+
 use maud::{Markup, html};
 use tipwatch_language::{is_english, say, told, word};
 use tipwatch_mechanics::machine::Wheel;
@@ -11,7 +13,7 @@ use crate::base::number::number;
 use crate::base::options::ModelKind;
 use crate::events::Finding;
 use crate::events::support_words::SupportWord;
-use crate::page::{Bar, bars, list, probability, short, table, whole};
+use crate::page::{Bar, bars, list, probability, readable, short, table, whole};
 
 /// Most changes shown in the chart and the table.
 const MOST_SHOWN: usize = 8;
@@ -193,8 +195,9 @@ fn without_advice(analysis: &Analysis) -> String {
             .into()
     } else if analysis.events.iter().any(|event| event.kind.is_observed()) {
         say!(
-            "Nothing was simulated: no {} was below its limit in a valid row of an event.",
-            word.one
+            "Nothing was simulated: a change is simulated where loads are valid, and each row with a {} below its limit is not ({}).",
+            word.one,
+            reasons(analysis).join(", ")
         )
     } else {
         say!(
@@ -202,6 +205,18 @@ fn without_advice(analysis: &Analysis) -> String {
             word.one
         )
     }
+}
+
+/// Why rows of events are not valid.
+fn reasons(analysis: &Analysis) -> Vec<String> {
+    let events = (analysis.events.iter()).filter(|event| event.kind.is_observed());
+    let rows = events.flat_map(|event| {
+        let [from, to] = event.span_ns().map(|time_ns| analysis.rows.at(time_ns));
+        from..(to + 1).min(analysis.rows.len())
+    });
+    let reasons = rows.flat_map(|row| analysis.rows.reasons[row].iter());
+    let names: BTreeSet<String> = reasons.map(|reason| readable(reason.name())).collect();
+    names.into_iter().collect()
 }
 
 /// What the simulation says, in one sentence.

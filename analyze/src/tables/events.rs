@@ -23,6 +23,7 @@ pub fn events(events: &[Event]) -> Table {
     let any_split = all().map(|e| e.certainty_any_split);
     table.add("certainty_any_split", Some("-"), any_split);
     table.add("start_sigma_s", Some("s"), all().map(|e| e.start_sigma_s));
+    table.add("end_sigma_s", Some("s"), all().map(|e| e.end_sigma_s));
     let bound = all().map(|e| e.start_bound.name());
     table.add("start_bound", None, bound);
     table.add("end_bound", None, all().map(|e| e.end_bound.name()));

@@ -68,6 +68,15 @@ impl LostRange {
     }
 }
 
+/// A log time as date and time, to the millisecond; one outside 1990 to 2100 counts from a zero of its own (s).
+fn clock_time(time_ns: i64) -> String {
+    let time = jiff::Timestamp::from_nanosecond(time_ns.into());
+    match time.map(|time| time.strftime("%Y-%m-%d %H:%M:%S%.3f UTC").to_string()) {
+        Ok(text) if ("1990"..="2100").contains(&&text[..4]) => text,
+        _ => format!("{:.3} s", time_ns as f64 * 1e-9),
+    }
+}
+
 impl fmt::Display for LostRange {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {
@@ -88,11 +97,16 @@ impl fmt::Display for LostRange {
         match (first_time_ns, last_time_ns) {
             (Some(first), Some(last)) => {
                 let seconds = last.saturating_sub(*first) as f64 * 1e-9;
-                let times = say!("; log times {first} to {last} ns ({seconds:.3} s)");
+                let [first, last] = [first, last].map(|time| clock_time(*time));
+                let times = say!("; log times {first} to {last} ({seconds:.3} s)");
                 formatter.write_str(&times)?;
             }
-            (None, Some(last)) => formatter.write_str(&say!("; up to log time {last} ns"))?,
-            (Some(first), None) => formatter.write_str(&say!("; from log time {first} ns on"))?,
+            (None, Some(last)) => {
+                formatter.write_str(&say!("; up to log time {}", clock_time(*last)))?;
+            }
+            (Some(first), None) => {
+                formatter.write_str(&say!("; from log time {} on", clock_time(*first)))?;
+            }
             (None, None) => {}
         }
         let by_topic: u64 = messages.values().sum();
@@ -186,7 +200,15 @@ impl Losses {
 
     /// The losses as text: each range, then the missing and undecodable messages by topic.
     pub fn lines(&self) -> impl Iterator<Item = String> {
-        let missing = self.missing_messages.iter().map(|(topic, count)| {
+        // what a lost range names is not told again
+        let missing = self.missing_messages.iter().filter(|(topic, count)| {
+            let named = self
+                .ranges
+                .iter()
+                .filter_map(|range| range.messages.get(*topic));
+            named.sum::<u64>() < **count
+        });
+        let missing = missing.map(|(topic, count)| {
             say!("{count} messages of {topic} are missing: the log's index counts them")
         });
         let undecodable = self

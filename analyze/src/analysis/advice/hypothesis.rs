@@ -83,10 +83,13 @@ impl<'m> Supposed<'m> {
     /// ```text
     ///     R (n - tilt x n) = n,      up' = R up,      f' = f + g (up' - up),      var f' = var f + (g sigma)^2
     /// ```
+    /// Where the ground cannot be told from level ground, nothing is turned, and how far it may slope all the same remains.
     fn level(&mut self, slope: &Slope, state: &mut State<f64>) {
         let share = slope.share();
+        let by_slope = slope.sigma_rad * self.machine.gravity();
+        state.noise.specific_force += by_slope * by_slope;
         if share == 0.0 {
-            // ground that cannot be told from level ground is as recorded, as far as the attitude is known
+            // as recorded, as far as the attitude is known
             if !state.base.up.iter().all(|part| part.is_finite()) {
                 state.imu.specific_force.fill(f64::NAN);
             }
@@ -100,8 +103,6 @@ impl<'m> Supposed<'m> {
         let unknown = || Vector3::repeat(f64::NAN);
         state.base.up = turn.map_or_else(unknown, |turn| turn * up);
         state.imu.specific_force += (state.base.up - up) * self.machine.gravity();
-        let by_slope = share * slope.sigma_rad * self.machine.gravity();
-        state.noise.specific_force += by_slope * by_slope;
     }
 
     /// How far the centre of mass is within the supports in a posture (m), negative outside; NaN where it cannot stand.

@@ -106,14 +106,18 @@ impl Scene {
 
     /// The onset of an event with its band, and whether it may have been earlier.
     pub(in crate::report) fn start(&self, event: &Event) -> String {
-        let band = event.start_sigma_s.map_or(String::new(), |sigma_s| {
-            format!(" ± {:.2}", (2.0 * sigma_s).max(0.01))
-        });
+        let band = event.start_sigma_s.map_or(String::new(), band);
         let earlier = match event.start_bound {
             Bound::At | Bound::AtOrAfter => "",
             Bound::AtOrBefore => word!(" or earlier"),
         };
         format!("t = {:.2}{band} s{earlier}", self.seconds(event.start_ns))
+    }
+
+    /// A time of the end of an event with its band.
+    pub(in crate::report) fn end(&self, event: &Event, end_ns: i64) -> String {
+        let band = event.end_sigma_s.map_or(String::new(), band);
+        format!("{:.2}{band} s", self.seconds(end_ns))
     }
 
     fn lasting(&self, event: &Event) -> String {
@@ -156,7 +160,7 @@ impl Scene {
                         Bound::At | Bound::AtOrBefore => "",
                         Bound::AtOrAfter => word!(" or later"),
                     };
-                    say!(" to {:.2} s{later}", self.seconds(end_ns))
+                    say!(" to {}{later}", self.end(event, end_ns))
                 }
                 _ => String::new(),
             };
@@ -228,7 +232,7 @@ impl Scene {
     }
 
     /// The assumption about the split that a finding rests on, and what holds without it.
-    fn split_clauses(&self, event: &Event) -> [String; 2] {
+    pub(in crate::report) fn split_clauses(&self, event: &Event) -> [String; 2] {
         let Some(condition) = self.condition(event) else {
             return [String::new(), String::new()];
         };
@@ -321,6 +325,11 @@ impl Scene {
         }
         subjects
     }
+}
+
+/// Two standard deviations of a time (s).
+fn band(sigma_s: f64) -> String {
+    format!(" ± {:.2}", (2.0 * sigma_s).max(0.01))
 }
 
 /// Whether the log ends while the machine tips about an edge, before it has tipped over.

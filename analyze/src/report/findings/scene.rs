@@ -24,7 +24,7 @@ pub(in crate::report) struct Scene {
     pub(super) is_split_stated: bool,
     /// When rotations began that the machine as stated does not explain (ns).
     pub(super) unexplained_ns: Vec<i64>,
-    pub(super) is_sparse: bool,
+    pub(in crate::report) is_sparse: bool,
     /// Whether the log goes on after the last row.
     pub(in crate::report) goes_on: bool,
     pub(super) inputs: Vec<InputFacts>,

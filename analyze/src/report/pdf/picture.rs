@@ -39,6 +39,7 @@ fn style(class: &str) -> Style {
             Some(([138, 95, 0], 0.8, false)),
         ),
         "at-rest" => (None, Some(([51, 51, 51], 0.8, true))),
+        "axle" => (None, Some(([119, 119, 119], 3.0, false))),
         "lifted" => (None, Some(([179, 25, 10], 2.5, false))),
         "arm" => (None, Some(([110, 110, 110], 4.0, false))),
         "zmp" => (

@@ -2,6 +2,7 @@
 
 use tipwatch_language::{message, say, told, word};
 use tipwatch_mechanics::machine::{Ground, NoteKind};
+use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::{Parameter, Quantity};
 
 use crate::analysis::Analysis;
@@ -216,6 +217,15 @@ fn lifted(analysis: &Analysis) -> String {
     for event in events {
         let name = scene.subject(event);
         let depends = event.split_dependent != Some(false);
+        // a lift that is certain from some time on may rest on the split before
+        let start = match event.any_split_ns {
+            Some(_) => format!(
+                "{}{}",
+                scene.start(event),
+                scene.split_clauses(event).concat()
+            ),
+            None => scene.start(event),
+        };
         match wheels.iter_mut().find(|wheel| wheel.name == name) {
             Some(wheel) => {
                 wheel.times += 1;
@@ -225,7 +235,7 @@ fn lifted(analysis: &Analysis) -> String {
             }
             None => wheels.push(Lifted {
                 name,
-                start: scene.start(event),
+                start,
                 times: 1,
                 depends,
                 certainty: event.certainty,
@@ -287,6 +297,14 @@ fn lifted(analysis: &Analysis) -> String {
         sentences.push(say!(
             "This holds however the {sharing}, tolerances of the inputs aside."
         ));
+    }
+    if analysis.rows.supports().is_some() {
+        sentences.push(
+            word!(
+                "What was off the ground while the machine stood on other supports is not counted."
+            )
+            .into(),
+        );
     }
     sentences.join(" ")
 }
@@ -355,14 +373,15 @@ fn hangs_on(analysis: &Analysis, incidents: &[Incident<'_>]) -> Option<String> {
             word!("On gyro and attitude, which measured the rotation: on no mass and no load of the machine file.").into(),
         );
     }
-    let Some(found) = &analysis.sensitivity else {
+    let sensitivity = analysis.sensitivity.as_ref();
+    let first = sensitivity.and_then(|found| Some((found, *found.ranked().first()?)));
+    let Some((found, first)) = first else {
         return Some(say!(
             "Not known. {}",
             explanations::no_derivatives(analysis)
         ));
     };
     let machine = &analysis.machine;
-    let first = *found.ranked().first()?;
     let two_sigma = 2.0 * first.sigma;
     let change_n = first.two_sigma_change_n();
     let wheel = &machine.wheels()[found.worst_wheel].name;
@@ -370,20 +389,27 @@ fn hangs_on(analysis: &Analysis, incidents: &[Incident<'_>]) -> Option<String> {
     // how fast the load fell before the lift tells how much earlier or later it would have been zero
     let lift = incidents
         .iter()
-        .flat_map(|it| &it.events)
+        .flat_map(|it| it.events.iter().copied())
         .find(|event| event.kind == EventKind::WheelLift && event.subject == wheel.to_lowercase());
     let limit_n = analysis
         .min_loads_n
         .as_ref()
         .map(|limits| limits[found.worst_wheel]);
-    let lead_s = lift.and_then(|event| event.lead_s);
+    // a lift that begins with a rotation about an edge is dated by that
+    let all = || incidents.iter().flat_map(|it| &it.events);
+    let is_by_rotation = |lift: &&Event| {
+        all().any(|it| it.kind == EventKind::EdgeTipping && it.start_ns == lift.start_ns)
+    };
+    let lead_s = lift
+        .filter(|lift| !is_by_rotation(lift))
+        .and_then(|event| event.lead_s);
     let shift = lead_s.filter(|lead_s| *lead_s > 0.0).zip(limit_n);
-    let shift = shift.map_or(String::new(), |(lead_s, limit_n)| {
-        say!(
-            ", and its lift by about {:.2} s",
-            change_n * lead_s / limit_n
-        )
-    });
+    let shift_s = shift.map(|(lead_s, limit_n)| change_n * lead_s / limit_n);
+    let shift = match shift_s {
+        Some(shift_s) if shift_s < 0.005 => word!(", and its lift by less than 0.01 s").into(),
+        Some(shift_s) => say!(", and its lift by about {shift_s:.2} s"),
+        None => String::new(),
+    };
     let parameter = in_words(first.parameter, machine);
     let of_samples = found.share_of_samples();
     let begin = match of_samples > first.variance_share {
@@ -406,8 +432,14 @@ fn hangs_on(analysis: &Analysis, incidents: &[Incident<'_>]) -> Option<String> {
         false => say!(" Next: {}.", next.join(", ")),
     };
     let ground = even_ground(analysis, found).unwrap_or_default();
+    let measured = match gravest {
+        Some(event) if event.is_measured() => {
+            word!("The rotation is measured by gyro and attitude and hangs on no load. Before it: ")
+        }
+        _ => "",
+    };
     Some(say!(
-        "{begin}, known to ± {}: that alone moves the load of {named} by ± {} N{shift}.{next}{ground}",
+        "{measured}{begin}, known to ± {}: that alone moves the load of {named} by ± {} N{shift}.{next}{ground}",
         amount(two_sigma, first.parameter.unit(machine)),
         number(change_n)
     ))
@@ -493,9 +525,23 @@ fn lost(analysis: &Analysis) -> String {
     }
     let loads = unstated_load::known_loads(analysis);
     sentences.push(match analysis.coverage.on_side_s > 0.0 {
+        _ if scene.is_sparse => say!(
+            "{loads} at the rows of this sparse log ({}), and only bounded between them.",
+            analysis.coverage
+        ),
         true => say!("{loads} in {}.", analysis.coverage),
         false => say!("{loads} in {} of the log.", analysis.coverage),
     });
+    let rows = analysis.rows.reasons.iter();
+    let falls = rows.filter(|it| it.leave_loads() && it.has(Reason::Tipping));
+    match falls.count() {
+        0 => {}
+        count => sentences.push(say!(
+            "In {} of {} rows the machine was or may have been tipping: loads there are not accurate.",
+            count,
+            analysis.rows.len()
+        )),
+    }
     sentences.join(" ")
 }
 
@@ -508,7 +554,12 @@ fn readiness(analysis: &Analysis) -> String {
             word!("its masses are those of the machine file and were not weighed with this program")
         }
     };
-    say!("Commissioning: {commissioned}; {weighed}.")
+    let mut notes = analysis.notes.iter();
+    let guessed = match notes.any(|note| note.kind == NoteKind::Unconfirmed) {
+        true => word!(" Values that nobody has confirmed are guesses (see Limitations)."),
+        false => "",
+    };
+    say!("Commissioning: {commissioned}; {weighed}.{guessed}")
 }
 
 /// The load of a wheel at a row, with its band.
@@ -530,7 +581,12 @@ fn smallest(analysis: &Analysis, row: usize, wheel: usize) -> String {
 
 fn assumptions(analysis: &Analysis) -> String {
     let contact = analysis.machine.contact();
-    let split = split_rule(&analysis.machine);
+    let wheels = analysis.digest.wheels.iter();
+    let mut lowest = wheels.filter_map(|wheel| wheel.lowest);
+    let split = match lowest.any(|lowest| lowest.is_split_open) {
+        true => split_rule(&analysis.machine),
+        false => word!("by equilibrium alone").into(),
+    };
     let ground = match contact.ground {
         Ground::Unknown => say!(
             "the {}' points of contact lie where the model puts them (the shape of the ground is unknown)",

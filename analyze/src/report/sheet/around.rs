@@ -193,7 +193,7 @@ fn chart(title: &str, curves: &[Named], span: (f64, f64), onset_s: f64, from_zer
     for (index, (name, points)) in curves.iter().enumerate() {
         let class = LINES[index % LINES.len()];
         let line: Vec<(f64, f64)> = points.iter().map(|&(t, value, _)| (t, value)).collect();
-        chart.line(&line, class);
+        chart.curve(name, &line, class);
         let known = line.iter().rev().find(|(_, value)| value.is_finite());
         names.extend(known.map(|&(_, value)| (value, name.as_str(), class)));
     }

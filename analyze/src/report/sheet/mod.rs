@@ -76,7 +76,7 @@ fn machine(analysis: &Analysis, gravest: Option<&Incident<'_>>) -> Markup {
     let time = time.map_or(String::new(), |utc| format!(" ({utc})"));
     html! {
         h3 { (say!("The machine {what}, t = {:.2} s{time}", analysis.rows.seconds(row))) }
-        (machine_view::pictures(analysis, row, contradicted))
+        (machine_view::pictures(analysis, row, gravest, contradicted))
     }
 }
 

@@ -9,8 +9,8 @@ use crate::events::{Bound, Event, EventKind, ShownBy};
 use crate::page::number;
 use crate::report::findings::{Incident, Scene, findings};
 
-/// Wheels of a machine that stands turn no faster (rad/s).
-const STANDS_RAD_S: f64 = 0.05;
+/// For so long a machine has been steady (ns).
+const STEADY_NS: i64 = 500_000_000;
 
 /// At most three sentences on the gravest incident, or one on a log without any.
 pub(super) fn sentences(analysis: &Analysis, incidents: &[Incident<'_>]) -> Vec<String> {
@@ -83,19 +83,43 @@ fn before(
     (!told.is_empty()).then(|| told.join(" "))
 }
 
-/// What a steady machine does: it stands, or drives at constant speed.
-fn steady(analysis: &Analysis, at_ns: i64) -> &'static str {
+/// What a steady machine did in the half second before: it moved at a speed that its wheels show beyond their scatter, or it
+/// stood.
+fn steady(analysis: &Analysis, at_ns: i64) -> String {
+    if analysis.coverage.between_rows.is_some() {
+        return word!("is taken as steady").into();
+    }
     let machine = &analysis.machine;
-    let row = analysis.rows.at(at_ns);
+    let rows = &analysis.rows;
+    let (first, last) = (rows.at(at_ns.saturating_sub(STEADY_NS)), rows.at(at_ns));
+    let window = rows.window(first..last + 1);
     let mut state = State::zero(machine);
-    (analysis.rows.window(row..row + 1).states).get(0, &mut state);
-    let joints = machine.joints().iter().zip(&state.joints);
-    let wheels = joints.filter(|(joint, _)| joint.spins_wheel.is_some());
-    let rates = wheels.map(|(_, motion)| motion.rate.abs());
-    match rates.reduce(f64::max) {
-        Some(rate) if rate > STANDS_RAD_S => word!("drove steadily"),
-        Some(rate) if rate <= STANDS_RAD_S => word!("stood still"),
-        _ => word!("was steady"),
+    // of each wheel: sum and sum of squares of its speed; and the sum of the variances by the noise of the signals
+    let mut sums = vec![[0.0; 2]; machine.joints().len()];
+    let mut noise = 0.0;
+    for row in 0..window.len() {
+        window.states.get(row, &mut state);
+        noise += state.noise.joint.first[0];
+        for (sum, joint) in sums.iter_mut().zip(&state.joints) {
+            *sum = [sum[0] + joint.rate, sum[1] + joint.rate * joint.rate];
+        }
+    }
+    let count = window.len() as f64;
+    let joints = machine.joints().iter().zip(sums);
+    let speeds = joints.filter_map(|(joint, [sum, squares])| {
+        let radius = machine.wheels()[joint.spins_wheel?].radius;
+        let mean = sum / count;
+        let variance = (squares / count - mean * mean).max(0.0) + noise / count;
+        Some([(radius * mean).abs(), 2.0 * radius * variance.sqrt()])
+    });
+    let known = speeds.filter(|[speed, band]| speed.is_finite() && band.is_finite());
+    let fastest = known.max_by(|a, b| (a[0] - a[1]).total_cmp(&(b[0] - b[1])));
+    match fastest {
+        Some([speed, band]) if speed > band => {
+            say!("moved steadily at {speed:.3} ± {:.3} m/s", band.max(0.001))
+        }
+        Some(_) => word!("stood still").into(),
+        None => word!("was steady").into(),
     }
 }
 
@@ -187,18 +211,20 @@ fn outcome(analysis: &Analysis, scene: &Scene, incident: &Incident<'_>) -> Strin
         }
         .into();
     };
-    let (at_s, one) = (scene.seconds(end_ns), scene.word.one);
-    let scope = answers::scope(analysis);
+    let (at, one) = (scene.end(last, end_ns), scene.word.one);
+    // what is unknown between the rows follows in the answers
+    let scope = match scene.is_sparse {
+        true => word!("at the rows of this sparse log").into(),
+        false => answers::scope(analysis),
+    };
     match (last.end_bound, is_off) {
-        (Bound::AtOrAfter, _) => say!(
-            "At t = {at_s:.2} s it was still so; how much longer is not known. No tip-over {scope}."
-        ),
-        (_, true) => {
-            say!("At t = {at_s:.2} s every {one} carried load again; no tip-over {scope}.")
+        (Bound::AtOrAfter, _) => {
+            say!("At t = {at} it was still so; how much longer is not known. No tip-over {scope}.")
         }
-        (_, false) => say!(
-            "At t = {at_s:.2} s every {one} carried more than its limit again; no tip-over {scope}."
-        ),
+        (_, true) => say!("At t = {at} every {one} carried load again; no tip-over {scope}."),
+        (_, false) => {
+            say!("At t = {at} every {one} carried more than its limit again; no tip-over {scope}.")
+        }
     }
 }
 
