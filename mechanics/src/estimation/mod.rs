@@ -17,6 +17,7 @@ mod faster;
 mod filled_velocities;
 mod followed;
 mod held;
+mod held_values;
 mod history;
 mod kalman_filter;
 mod lag;
@@ -37,6 +38,7 @@ mod white_jerk;
 
 pub use causal::CausalEstimator;
 pub use filled_velocities::FilledVelocities;
+pub use held_values::{HeldValues, Together};
 pub(crate) use kalman_filter::{Doubt, FilterModel, KalmanFilter};
 pub use rows::{Estimate, RowClock};
 pub use shown_noise::ShownNoise;

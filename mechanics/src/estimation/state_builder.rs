@@ -70,25 +70,28 @@ impl Filters {
         let odometry = model(e.odometry_noise, 0.0, e.odometry_agility);
         let tool = model(e.tool_force_noise, 0.0, e.tool_force_agility);
         let mut list = Vec::new();
-        let filter = |model, channels| {
-            let filter = KalmanFilter::new(model, channels, keeps_history);
+        let weighing = |filter: KalmanFilter, counts: &dyn Fn(usize) -> bool| {
             // A smoother averages out most of what shakes a sensor.
             match keeps_history {
                 true => filter,
-                false => filter.weighing_misfit(),
+                false => {
+                    let channels = 0..filter.channels();
+                    filter.weighing_misfit(channels.map(counts))
+                }
             }
+        };
+        let filter = |model, channels| {
+            weighing(KalmanFilter::new(model, channels, keeps_history), &|_| true)
         };
         for (stream, spec) in sensors.joints.iter().enumerate() {
             // How fast wheels spin and are steered says nothing of the arm, and hardly acts on loads.
             let is_of_arm = |&joint: &usize| {
                 machine.joints()[joint].spins_wheel.is_none() && !machine.is_steering(joint)
             };
-            let counts = spec.joints.iter().map(is_of_arm);
-            let channels = spec.joints.len();
+            let of_joints = KalmanFilter::new(joints, spec.joints.len(), keeps_history);
             let of_joints = match e.noise_from_log {
-                true => KalmanFilter::new(joints, channels, keeps_history)
-                    .adapting(Adaptation::new(counts)),
-                false => filter(joints, channels),
+                true => of_joints.adapting(Adaptation::new(spec.joints.iter().map(is_of_arm))),
+                false => weighing(of_joints, &|channel| is_of_arm(&spec.joints[channel])),
             };
             list.push((Followed::Joints(stream), of_joints));
         }
