@@ -28,6 +28,7 @@ pub mod plausibility;
 pub mod quasi_static;
 pub mod rotation;
 mod rows;
+mod shaken;
 mod shown_noise;
 mod smoother;
 mod sorted_stamps;
