@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use tipwatch_analyze::analysis::{Analysis, Undecided};
-use tipwatch_analyze::base::options::{Options, QuasiStaticOption};
+use tipwatch_analyze::base::options::{Estimator, Options, QuasiStaticOption};
 use tipwatch_analyze::events::{Event, EventKind};
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::machine::Note;
@@ -89,19 +89,15 @@ impl Sparse {
     }
 }
 
-/// A logger that writes its rows faster than the joints are measured holds their values. Its log is that of the measurements: the
-/// stairs of the repeats are no motion, which tipped a machine over that only lifted a wheel.
-#[test]
-fn held_values_are_the_log_of_their_measurements() {
-    for (name, messages) in [("swing_lift", 20), ("swing_lift", 50), ("tip_over", 10)] {
-        let folder = tempfile::tempdir().unwrap();
-        let (from, held) = (
-            data(&format!("{name}.mcap")),
-            folder.path().join("held.mcap"),
-        );
-        let mut last: Vec<(String, f64)> = Vec::new();
-        let mut count = 0;
-        write_edited(&from, &held, &mut |topic, values| {
+/// A copy of a fixture whose joints are measured at one of so many messages, and held until the next.
+fn with_held_values(name: &str, messages: usize, folder: &Path) -> PathBuf {
+    let held = folder.join("held.mcap");
+    let mut last: Vec<(String, f64)> = Vec::new();
+    let mut count = 0;
+    write_edited(
+        &data(&format!("{name}.mcap")),
+        &held,
+        &mut |topic, values| {
             if topic != "/joint_states" {
                 return;
             }
@@ -115,7 +111,49 @@ fn held_values_are_the_log_of_their_measurements() {
             count += 1;
             last.iter()
                 .for_each(|(name, value)| values.set(name, *value));
-        });
+        },
+    );
+    held
+}
+
+/// Live, too, the repeats are no samples: the rows go on with the loads of a log without them, and no encoder has jumped.
+#[test]
+fn causal_rows_go_on_between_the_measurements_of_held_values() {
+    let (log, machine) = (data("swing_lift.mcap"), data("swing_lift.toml"));
+    let causal = || Options {
+        estimator: Estimator::Causal,
+        ..Options::default()
+    };
+    let of_all = analysed_with(&log, &machine, causal());
+    for (messages, most) in [(10, 0.025), (20, 0.04)] {
+        let folder = tempfile::tempdir().unwrap();
+        let held = with_held_values("swing_lift", messages, folder.path());
+        let of_held = analysed_with(&held, &machine, causal());
+        assert_eq!(of_held.rows.times_ns, of_all.rows.times_ns);
+        assert_eq!(of_held.rows.reasons, of_all.rows.reasons);
+        let rows = [&of_held, &of_all].map(|analysis| analysis.rows.whole());
+        let (mut squares, mut weight) = (0.0, 0.0);
+        for wheel in 0..WHEELS.len() {
+            let [held, all] = rows.map(|rows| rows.outcomes.column(Quantity::Load(wheel)));
+            let pairs = held.iter().zip(all).filter(|(_, all)| all.is_finite());
+            for (held, all) in pairs {
+                squares += (held - all).powi(2);
+                weight += all / of_all.rows.len() as f64;
+            }
+        }
+        let rms = (squares / (WHEELS.len() * of_all.rows.len()) as f64).sqrt();
+        let share = rms / (weight / WHEELS.len() as f64);
+        assert!(share < most, "{messages}: {share}");
+    }
+}
+
+/// A logger that writes its rows faster than the joints are measured holds their values. Its log is that of the measurements: the
+/// stairs of the repeats are no motion, which tipped a machine over that only lifted a wheel.
+#[test]
+fn held_values_are_the_log_of_their_measurements() {
+    for (name, messages) in [("swing_lift", 20), ("swing_lift", 50), ("tip_over", 10)] {
+        let folder = tempfile::tempdir().unwrap();
+        let held = with_held_values(name, messages, folder.path());
         let mut count = 0;
         let measured = Sparse::of(name, "", &mut |topic, _| {
             let is_kept = topic != "/joint_states" || count % messages == 0;

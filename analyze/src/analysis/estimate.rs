@@ -292,7 +292,7 @@ fn causal(
                 .for_each(|loads| loads.row(machine, &mut row));
             estimates.push(row);
         });
-        if matches!(pushed, Ok(()) | Err(SampleError::NotFinite)) {
+        if matches!(pushed, Ok(()) | Err(SampleError::NotFinite)) && !estimator.is_repeat() {
             faults.take(sample.sensor, sample.stamp_ns, estimator.findings());
         }
     })?;

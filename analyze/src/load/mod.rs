@@ -3,7 +3,6 @@
 mod arrivals;
 mod column;
 mod held_forces;
-mod held_values;
 pub(crate) mod linkage_force;
 mod loaded;
 mod log_times;

@@ -8,9 +8,8 @@ use tipwatch_ingest::{
     ClockFinding, Placement, SensorReading, StampCorrection, StampDecision, TimeBase,
     TopicStatistics, Treatment,
 };
-use tipwatch_mechanics::estimation::FilledVelocities;
+use tipwatch_mechanics::estimation::{FilledVelocities, HeldValues, Together};
 
-use super::held_values::{HeldValues, Together};
 use super::log_times::LogTimes;
 use super::sample_store::{Arrival, Samples, Times, arrival, message_times};
 

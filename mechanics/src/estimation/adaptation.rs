@@ -16,6 +16,8 @@
 //!
 //! All of it uses past samples only, so it is the same offline and live, to the bit.
 
+use super::misfit::weights;
+
 /// A block has so many samples at least.
 const LEAST_SAMPLES: u32 = 4;
 /// A block lasts so long at least (ns): vibration averages out, the fastest motion of a joint does not.
@@ -122,10 +124,7 @@ struct Size {
 impl Adaptation {
     /// `counts`: which channels show the noise that the estimates of all of them depend on.
     pub(super) fn new(counts: impl Iterator<Item = bool>) -> Self {
-        let mut counts: Vec<f64> = counts.map(f64::from).collect();
-        if counts.iter().all(|&counts| counts == 0.0) {
-            counts.fill(1.0);
-        }
+        let counts = weights(counts);
         let channels = counts.len();
         Self {
             counts,

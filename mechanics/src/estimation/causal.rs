@@ -3,6 +3,7 @@
 use super::bias::BiasEstimator;
 use super::filled_velocities::FilledVelocities;
 use super::followed::Followed;
+use super::held_values::Repeats;
 use super::rotation::{PlatformRotation, RotationSpell};
 use super::rows::{Estimate, RowClock, regular_index, regular_row};
 use super::shown_noise::ShownNoise;
@@ -32,6 +33,9 @@ pub struct CausalEstimator {
     filled_velocities: Vec<FilledVelocities>,
     /// A sample of joint states without the velocities that are filled in.
     measured: Vec<f64>,
+    /// By sensor, in their order; a repeat is no sample.
+    repeats: Vec<(Sensor, Repeats)>,
+    is_repeat: bool,
     /// Sees every sample as it was measured, those that are implausible or not later, too.
     rotation: PlatformRotation,
     /// `None` for a machine that is always on the same supports.
@@ -57,6 +61,7 @@ impl CausalEstimator {
     /// An estimator without samples.
     #[must_use]
     pub fn new(machine: &Machine, sensors: &Sensors, clock: RowClock) -> Self {
+        let max_gap_ns = (machine.estimator().max_gap * 1e9) as i64;
         Self {
             filters: Filters::new(machine, sensors, false),
             bias: BiasEstimator::new(machine, sensors, false),
@@ -72,6 +77,14 @@ impl CausalEstimator {
                     .max()
                     .unwrap_or(0),
             ),
+            repeats: (sensors.iter())
+                .filter_map(|sensor| {
+                    let assumed_ns = matches!(sensor, Sensor::Joints(_)).then_some(max_gap_ns);
+                    let values = sensors.value_count(sensor)?;
+                    Some((sensor, Repeats::new(values, assumed_ns)))
+                })
+                .collect(),
+            is_repeat: false,
             rotation: PlatformRotation::new(machine, sensors),
             supports: SupportWatch::new(machine, sensors),
             loads: vec![LastSample::default(); sensors.loads],
@@ -89,7 +102,7 @@ impl CausalEstimator {
             first_row_ns: None,
             rows_given: 0,
             settle_ns: (machine.estimator().settle * 1e9) as i64,
-            max_gap_ns: (machine.estimator().max_gap * 1e9) as i64,
+            max_gap_ns,
             estimate: Estimate::unknown(machine),
         }
     }
@@ -117,6 +130,12 @@ impl CausalEstimator {
     #[must_use]
     pub fn findings(&self) -> &[Finding] {
         self.plausibility.findings()
+    }
+
+    /// Whether the last sample only repeated the one before, because its sensor measures less often.
+    #[must_use]
+    pub fn is_repeat(&self) -> bool {
+        self.is_repeat
     }
 
     /// The noise that the samples so far show, beside the stated one.
@@ -230,6 +249,7 @@ impl CausalEstimator {
             }
             _ => None,
         };
+        self.is_repeat = false;
         if let Some(last) = beside {
             self.plausibility.forget_findings();
             last.ok_or(SampleError::UnknownSensor)?.take(sample)?;
@@ -265,11 +285,19 @@ impl CausalEstimator {
         sample: &Sample<'_>,
         row: &mut dyn FnMut(&Estimate),
     ) -> Result<(), SampleError> {
-        self.rotation.step(sample);
-        let result = self.take(machine, sample);
-        if let Some((_, counts)) = self
-            .counts
-            .iter_mut()
+        let of_sensor = (self.repeats.iter_mut()).find(|(sensor, _)| *sensor == sample.sensor);
+        self.is_repeat =
+            of_sensor.is_some_and(|(_, repeats)| repeats.take(sample.stamp_ns, sample.values));
+        let result = match self.is_repeat {
+            true => {
+                self.plausibility.forget_findings();
+                Ok(Credible(true))
+            }
+            false => self.take(machine, sample),
+        };
+        let counts = self.counts.iter_mut().filter(|_| !self.is_repeat);
+        if let Some((_, counts)) = counts
+            .into_iter()
             .find(|(sensor, _)| *sensor == sample.sensor)
         {
             counts.count(result);
@@ -301,6 +329,7 @@ impl CausalEstimator {
 
     /// Judges a sample and passes it to the filters.
     fn take(&mut self, machine: &Machine, sample: &Sample<'_>) -> Result<Credible, SampleError> {
+        self.rotation.step(sample);
         let judgement = self.plausibility.step(sample)?;
         if let Some((_, standing)) = self
             .standing

@@ -90,7 +90,7 @@ mod tests {
         takes_of_faster: bool,
     ) -> Vec<Row> {
         let mut filter = KalmanFilter::new(STATED, CHANNELS, false)
-            .weighing_misfit()
+            .weighing_misfit([true; CHANNELS].into_iter())
             .beside_faster();
         let mut noise = Noise(5);
         let rows = (0..1000).filter_map(|k| {

@@ -106,9 +106,9 @@ impl KalmanFilter {
         self
     }
 
-    /// The same filter, whose covariance is as large as its innovations show.
-    pub(super) fn weighing_misfit(mut self) -> Self {
-        self.misfit = Some(Misfit::new(misfit::MEMORY_S));
+    /// The same filter, whose covariance is as large as its innovations show in the channels that count.
+    pub(super) fn weighing_misfit(mut self, counts: impl Iterator<Item = bool>) -> Self {
+        self.misfit = Some(Misfit::new(misfit::MEMORY_S, counts));
         self
     }
 
@@ -120,7 +120,8 @@ impl KalmanFilter {
             ..self.model
         };
         let mut filter = Self::new(model, self.channels(), false);
-        filter.misfit = Some(Misfit::new(faster::MEMORY_S));
+        let counts = (0..self.channels()).map(|_| true);
+        filter.misfit = Some(Misfit::new(faster::MEMORY_S, counts));
         self.faster = Some(Box::new(filter));
         self
     }
@@ -352,8 +353,7 @@ impl KalmanFilter {
         if let Some(misfit) = self.misfit.as_mut().filter(|_| doubt.value_variance == 0.0) {
             let jets = &self.state.jets;
             let squares = jets.iter().zip(values).map(|(jet, z)| (z - jet[0]).powi(2));
-            let stated = jets.len() as f64 * (self.state.covariance[0][0] + variance);
-            misfit.step(squares.sum::<f64>() / stated, dt);
+            misfit.step(squares, self.state.covariance[0][0] + variance, dt);
         }
         self.update::<0>(variance, doubt.value_variance, values);
         if let Some(rates) = rates {

@@ -17,13 +17,26 @@ pub(super) const MEMORY_S: f64 = 1.0;
 /// The mean c of one filter.
 #[derive(Debug, Clone)]
 pub(super) struct Misfit {
+    /// One for each channel that counts, zero for the others.
+    counts: Vec<f64>,
     mean: f64,
     memory_s: f64,
 }
 
+/// One for each channel that counts, zero for the others; if none counts, all do.
+pub(super) fn weights(counts: impl Iterator<Item = bool>) -> Vec<f64> {
+    let mut weights: Vec<f64> = counts.map(f64::from).collect();
+    if weights.iter().all(|&weight| weight == 0.0) {
+        weights.fill(1.0);
+    }
+    weights
+}
+
 impl Misfit {
-    pub(super) fn new(memory_s: f64) -> Self {
+    /// `counts`: which channels show the noise that the estimates of all of them depend on.
+    pub(super) fn new(memory_s: f64, counts: impl Iterator<Item = bool>) -> Self {
         Self {
+            counts: weights(counts),
             mean: 1.0,
             memory_s,
         }
@@ -34,8 +47,11 @@ impl Misfit {
         self.mean = 1.0;
     }
 
-    /// Takes nu^2 / S of a sample, on average over its channels, `dt` seconds after the one before.
-    pub(super) fn step(&mut self, size: f64, dt: f64) {
+    /// Takes nu^2 of each channel in a sample and their S, `dt` seconds after the one before.
+    pub(super) fn step(&mut self, squares: impl Iterator<Item = f64>, variance: f64, dt: f64) {
+        let counted = squares.zip(&self.counts);
+        let size = counted.map(|(square, counts)| square * counts).sum::<f64>();
+        let size = size / (self.counts.iter().sum::<f64>() * variance);
         if size.is_finite() {
             self.mean += dt / (dt + self.memory_s) * (size - self.mean);
         }
@@ -63,7 +79,7 @@ mod tests {
     /// What a shaken sensor says of something that rests, after a second: rms of the value over its stated sigma, and of the
     /// value over the sigma that is given.
     fn shaken(amplitude: f64, hertz: f64) -> [f64; 2] {
-        let mut filter = KalmanFilter::new(STATED, 1, false).weighing_misfit();
+        let mut filter = KalmanFilter::new(STATED, 1, false).weighing_misfit([true].into_iter());
         let (mut squares, mut samples) = ([0.0; 2], 0.0);
         for k in 0..1000 {
             let stamp_ns = k * STEP_NS;

@@ -6,6 +6,7 @@ use super::adaptation::Adaptation;
 use super::faster;
 use super::followed::Followed;
 use super::kalman_filter::{Doubt, FilterModel, KalmanFilter};
+use super::shaken::{Motion as ShakenMotion, Shaken};
 use super::shown_noise::ShownNoise;
 use super::turns::Turns;
 use super::white_jerk::{Channel, Matrix};
@@ -49,6 +50,8 @@ pub(super) struct Filters {
     pub(super) list: Vec<(Followed, KalmanFilter)>,
     sensors: Sensors,
     turns: Turns,
+    /// What shakes the IMU; `None` where a smoother averages it out.
+    shaken: Option<Shaken>,
     /// Whether an orientation has measured a tilt: until then, one without tilt is planar and not level.
     pub(super) has_tilt: bool,
 }
@@ -70,25 +73,28 @@ impl Filters {
         let odometry = model(e.odometry_noise, 0.0, e.odometry_agility);
         let tool = model(e.tool_force_noise, 0.0, e.tool_force_agility);
         let mut list = Vec::new();
-        let filter = |model, channels| {
-            let filter = KalmanFilter::new(model, channels, keeps_history);
+        let weighing = |filter: KalmanFilter, counts: &dyn Fn(usize) -> bool| {
             // A smoother averages out most of what shakes a sensor.
             match keeps_history {
                 true => filter,
-                false => filter.weighing_misfit(),
+                false => {
+                    let channels = 0..filter.channels();
+                    filter.weighing_misfit(channels.map(counts))
+                }
             }
+        };
+        let filter = |model, channels| {
+            weighing(KalmanFilter::new(model, channels, keeps_history), &|_| true)
         };
         for (stream, spec) in sensors.joints.iter().enumerate() {
             // How fast wheels spin and are steered says nothing of the arm, and hardly acts on loads.
             let is_of_arm = |&joint: &usize| {
                 machine.joints()[joint].spins_wheel.is_none() && !machine.is_steering(joint)
             };
-            let counts = spec.joints.iter().map(is_of_arm);
-            let channels = spec.joints.len();
+            let of_joints = KalmanFilter::new(joints, spec.joints.len(), keeps_history);
             let of_joints = match e.noise_from_log {
-                true => KalmanFilter::new(joints, channels, keeps_history)
-                    .adapting(Adaptation::new(counts)),
-                false => filter(joints, channels),
+                true => of_joints.adapting(Adaptation::new(spec.joints.iter().map(is_of_arm))),
+                false => weighing(of_joints, &|channel| is_of_arm(&spec.joints[channel])),
             };
             list.push((Followed::Joints(stream), of_joints));
         }
@@ -123,6 +129,7 @@ impl Filters {
         Self {
             list,
             turns: Turns::new(machine, sensors),
+            shaken: (!keeps_history).then(|| Shaken::new(e.accelerometer_noise, max_gap_ns)),
             sensors: sensors.clone(),
             has_tilt: false,
         }
@@ -223,8 +230,15 @@ impl Filters {
                 taken
             }
             Sensor::Imu => {
-                self.push_to(Followed::SpecificForce, t, &values[..3], None, first)?;
-                self.push_to(Followed::AngularVelocity, t, &values[3..6], None, second)?;
+                let (at_ns, motion) = self.unshaken(t, values, first, second);
+                let force = self.get(Followed::SpecificForce);
+                // a mean that became longer goes back
+                let is_later =
+                    (force.and_then(KalmanFilter::last_ns)).is_none_or(|last| at_ns > last);
+                if is_later || at_ns == t {
+                    self.push_to(Followed::SpecificForce, at_ns, &motion[..3], None, first)?;
+                    self.push_to(Followed::AngularVelocity, at_ns, &motion[3..], None, second)?;
+                }
                 self.push_up(t, &values[6..], third);
                 Ok(())
             }
@@ -243,6 +257,27 @@ impl Filters {
             // the state is the same on whichever supports
             Sensor::Number(..) => Ok(()),
         }
+    }
+
+    /// Specific force and angular velocity of a sample without what shakes the IMU, and when that was measured (ns).
+    fn unshaken(
+        &mut self,
+        stamp_ns: i64,
+        values: &[f64],
+        force: &Treatment,
+        turning: &Treatment,
+    ) -> (i64, ShakenMotion) {
+        let motion: ShakenMotion = std::array::from_fn(|k| values[k]);
+        let Some(shaken) = &mut self.shaken else {
+            return (stamp_ns, motion);
+        };
+        let is_doubted = |of: &Treatment| of.left_out || of.value_variance > 0.0;
+        let is_finite = motion.iter().all(|value| value.is_finite());
+        if is_finite && !is_doubted(force) && !is_doubted(turning) {
+            return shaken.take(stamp_ns, motion);
+        }
+        shaken.forget();
+        (stamp_ns, motion)
     }
 
     /// Updates the up direction in the sensor frame from an orientation; does nothing where it is unknown.

@@ -22,33 +22,39 @@ const UNEVEN_SHARE: f64 = 0.1;
 const FEWEST_SAMPLES: usize = 20;
 /// Share of the changes that may follow each other from sample to sample, and how many may in any case.
 const CLOSE: (f64, usize) = (0.04, 8);
+/// Number of changes that are remembered sample by sample.
+const REMEMBERED: usize = 64;
+/// So many changes tell whether values are held.
+const TELLING: usize = 32;
+/// Number of samples over which the interval between them is averaged.
+const INTERVAL_MEMORY: i64 = 8;
 /// Share of the changes of two parts that are in the same samples if the parts are measured together.
 const SAME: f64 = 0.9;
 
 /// The repeats of a held value.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct HeldValues {
+pub struct HeldValues {
     /// Time between two measurements (ns).
-    pub(super) period_ns: i64,
+    pub period_ns: i64,
     /// Time between two samples (ns).
-    pub(super) interval_ns: i64,
+    pub interval_ns: i64,
     /// The samples that repeat a value, by index in rising order.
-    pub(super) repeats: Vec<usize>,
+    pub repeats: Vec<usize>,
 }
 
 /// Parts of a sensor that are measured at the same instants.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Together {
+pub struct Together {
     /// The parts, by their index.
-    pub(super) parts: Vec<usize>,
+    pub parts: Vec<usize>,
     /// Their repeats; `None` if their values are not held.
-    pub(super) held: Option<HeldValues>,
+    pub held: Option<HeldValues>,
 }
 
 impl HeldValues {
     /// Which parts of a sensor are measured together, and their repeats. Each part is given by the places of its values in a sample;
     /// `read` passes the sample with an index on.
-    pub(super) fn among(
+    pub fn among(
         stamps_ns: &[i64],
         parts: &[Vec<usize>],
         mut read: impl FnMut(usize, &mut dyn FnMut(&[f64])),
@@ -146,7 +152,7 @@ struct Change {
 }
 
 /// The changes of the values of a sensor, or of a part of it.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct Changes {
     /// Time between two samples (ns).
     interval_ns: i64,
@@ -187,16 +193,16 @@ impl Changes {
         for one in all.chunk_by(|a, b| a.stamp_ns == b.stamp_ns) {
             joined.at.extend(one.last());
         }
-        let are_close = |pair: &&[Change]| joined.is_close(pair[0].stamp_ns, pair[1].stamp_ns);
-        joined.close = joined.at.windows(2).filter(are_close).count();
+        joined.count_close();
         Some(joined)
     }
 
-    fn take(&mut self, stamp_ns: i64, values: &[f64]) {
+    /// Whether the sample differs from the one before.
+    fn take(&mut self, stamp_ns: i64, values: &[f64]) -> bool {
         let values = self.places.iter().map(|&place| values[place]);
         if self.last.is_empty() {
             self.last.extend(values);
-            return;
+            return true;
         }
         let (mut differs, mut is_uneven) = (false, false);
         let places = self.last.iter_mut().zip(&mut self.least).zip(values);
@@ -209,15 +215,20 @@ impl Changes {
             }
             *last = value;
         }
-        if !differs {
-            return;
+        if differs {
+            let is_close = |before: &Change| self.is_close(before.stamp_ns, stamp_ns);
+            self.close += usize::from(self.at.last().is_some_and(is_close));
+            self.at.push(Change {
+                stamp_ns,
+                is_uneven,
+            });
         }
-        let is_close = |before: &Change| self.is_close(before.stamp_ns, stamp_ns);
-        self.close += usize::from(self.at.last().is_some_and(is_close));
-        self.at.push(Change {
-            stamp_ns,
-            is_uneven,
-        });
+        differs
+    }
+
+    fn count_close(&mut self) {
+        let are_close = |pair: &&[Change]| self.is_close(pair[0].stamp_ns, pair[1].stamp_ns);
+        self.close = self.at.windows(2).filter(are_close).count();
     }
 
     /// Whether two stamps are those of two samples in a row.
@@ -250,22 +261,28 @@ impl Changes {
 
     /// The time between two measurements (ns), if the values are held.
     fn period_ns(&self) -> Option<i64> {
-        let apart = (self.at.windows(2)).map(|pair| (pair[1].stamp_ns - pair[0].stamp_ns) as f64);
-        let mut apart: Vec<f64> = apart.collect();
-        let uneven = self.at.iter().filter(|change| change.is_uneven).count();
-        let is_even = (uneven as f64) < UNEVEN_SHARE * self.at.len() as f64;
-        if self.are_close() || apart.len() < FEWEST || is_even {
+        self.period_with(&mut Vec::new())
+    }
+
+    /// The same with room for the times between the changes.
+    fn period_with(&self, apart: &mut Vec<f64>) -> Option<i64> {
+        let uneven = || self.at.iter().filter(|change| change.is_uneven).count();
+        let is_even = || (uneven() as f64) < UNEVEN_SHARE * self.at.len() as f64;
+        if self.are_close() || self.at.len() <= FEWEST || is_even() {
             return None;
         }
+        apart.clear();
+        let pairs = self.at.windows(2);
+        apart.extend(pairs.map(|pair| (pair[1].stamp_ns - pair[0].stamp_ns) as f64));
         apart.sort_unstable_by(f64::total_cmp);
         let short = apart[apart.len() / 10];
         let is_one = |apart: &&f64| (0.75 * short..1.5 * short).contains(*apart);
-        let ones: Vec<f64> = apart.iter().filter(is_one).copied().collect();
-        let period = *ones.get(ones.len() / 2)?;
+        let ones = apart.iter().filter(is_one).count();
+        let period = *apart.iter().filter(is_one).nth(ones / 2)?;
         let tolerance = 1.1 * self.interval_ns as f64 + 0.1 * period;
         let by_chance = (2.0 * tolerance / period).min(1.0 - MISSED);
         let (mut evidence, mut fitting) = (0.0, 0);
-        for &apart in &apart {
+        for &apart in &*apart {
             let periods = (apart / period).round();
             // after many periods every time is near a multiple: the sensor's own clock drifts
             if periods > 2.0 {
@@ -306,6 +323,76 @@ impl Changes {
             interval_ns: self.interval_ns,
             repeats,
         })
+    }
+}
+
+/// Tells, sample by sample, which only repeat the last measurement of their sensor, by the changes so far. A step never allocates.
+#[derive(Debug, Clone)]
+pub(super) struct Repeats {
+    changes: Changes,
+    /// Room for the times between the changes.
+    apart: Vec<f64>,
+    last_ns: Option<i64>,
+    /// The time between two measurements; `None` if the values are not held, or too long to tell.
+    period_ns: Option<i64>,
+    /// When the sensor measures again.
+    due_ns: i64,
+    /// Whether too few changes came to tell.
+    is_open: bool,
+}
+
+impl Repeats {
+    /// Before the first sample, which has so many values. Until the changes tell, values are taken as held for `assumed_ns`: a step
+    /// is one of the whole time since then, or of one sample.
+    pub(super) fn new(values: usize, assumed_ns: Option<i64>) -> Self {
+        let places: Vec<usize> = (0..values).collect();
+        let mut changes = Changes::new(0, &places);
+        changes.last.reserve_exact(values);
+        changes.at.reserve_exact(REMEMBERED);
+        Self {
+            changes,
+            apart: Vec::with_capacity(REMEMBERED),
+            last_ns: None,
+            period_ns: assumed_ns,
+            due_ns: i64::MIN,
+            is_open: true,
+        }
+    }
+
+    /// Whether the next sample is a repeat. One that is not later than the one before is none: it is wrong otherwise.
+    pub(super) fn take(&mut self, stamp_ns: i64, values: &[f64]) -> bool {
+        let Some(step_ns) = (self.last_ns).map_or(Some(0), |last| stamp_ns.checked_sub(last))
+        else {
+            return false;
+        };
+        if (self.last_ns.is_some() && step_ns <= 0) || values.len() != self.changes.places.len() {
+            return false;
+        }
+        self.last_ns = Some(stamp_ns);
+        let interval_ns = &mut self.changes.interval_ns;
+        *interval_ns = match *interval_ns {
+            0 => step_ns,
+            // one step may be a gap
+            own => own + (step_ns - own).clamp(-own / 2, own / 2) / INTERVAL_MEMORY,
+        };
+        if self.changes.take(stamp_ns, values) {
+            if self.changes.at.len() == REMEMBERED {
+                self.changes.at.drain(..REMEMBERED / 2);
+                self.changes.count_close();
+            }
+            let period_ns = self.changes.period_with(&mut self.apart);
+            let tells = self.changes.are_close() || self.changes.at.len() > TELLING;
+            self.is_open &= period_ns.is_none() && !tells;
+            if !self.is_open {
+                self.period_ns = period_ns;
+            }
+        } else if self.period_ns.is_some() && stamp_ns < self.due_ns - self.changes.interval_ns / 2
+        {
+            return true;
+        }
+        // a value that stays was measured again
+        self.due_ns = stamp_ns.saturating_add(self.period_ns.unwrap_or(0));
+        false
     }
 }
 
@@ -429,5 +516,62 @@ mod tests {
             assert_eq!(few.len(), 1);
             assert_eq!(few[0].held, None);
         }
+    }
+
+    /// The samples of 20 s at 100 Hz that are taken sample by sample, where values are taken as held for 250 ms at first.
+    fn taken(value: impl Fn(f64) -> f64) -> Vec<usize> {
+        let mut repeats = Repeats::new(1, Some(250 * MS));
+        let mut is_taken =
+            |k: &usize| !repeats.take(*k as i64 * 10 * MS, &[value(*k as f64 * 0.01)]);
+        (0..2000).filter(|k| is_taken(k)).collect()
+    }
+
+    #[test]
+    fn repeats_are_told_sample_by_sample() {
+        for period_s in [0.05, 0.1, 0.2] {
+            for phase_s in [0.0, 0.3 * period_s] {
+                let value = held(|at_s| swing(at_s + 0.3), period_s, phase_s);
+                let taken = taken(&value);
+                let is_new =
+                    |k: &usize| *k == 0 || value(*k as f64 * 0.01) != value((*k - 1) as f64 * 0.01);
+                let of_values = (0..2000).filter(is_new);
+                assert!(of_values.clone().all(|k| taken.contains(&k)), "{period_s}");
+                // the measurements at rest among them
+                let measured = 20.0 / period_s;
+                assert!(
+                    (taken.len() as f64 / measured - 1.0).abs() < 0.05,
+                    "{period_s}: {}",
+                    taken.len()
+                );
+                assert!(taken.windows(2).all(|pair| pair[1] - pair[0] <= 25));
+            }
+        }
+    }
+
+    #[test]
+    fn values_that_are_measured_are_taken_sample_by_sample() {
+        let noise = |at_s: f64| 1e-4 * (at_s * 7919.0).sin();
+        assert_eq!(taken(|at_s| swing(at_s) + noise(at_s)).len(), 2000);
+        // one that rests was measured again, one that begins to move is
+        let begins = taken(|at_s| swing((at_s - 10.0).max(0.0)));
+        let at_rest = begins.partition_point(|&k| k <= 1000);
+        assert_eq!((at_rest, begins.len() - at_rest), (41, 999));
+        for resolution in [1e-4, 1e-3, 4e-3] {
+            let coarse = |value: f64| (value / resolution).round() * resolution;
+            let taken = taken(|at_s| coarse(swing(at_s + 0.3)));
+            let told = taken.partition_point(|&k| k < 200);
+            assert_eq!(taken.len() - told, 1800, "{resolution}");
+        }
+    }
+
+    #[test]
+    fn a_sample_that_is_not_later_is_no_repeat() {
+        let mut repeats = Repeats::new(1, Some(250 * MS));
+        assert!(!repeats.take(10 * MS, &[0.5]));
+        assert!(repeats.take(20 * MS, &[0.5]));
+        for stamp_ns in [20 * MS, 0, i64::MIN] {
+            assert!(!repeats.take(stamp_ns, &[0.5]));
+        }
+        assert!(!repeats.take(i64::MAX, &[0.5]));
     }
 }

@@ -1,0 +1,266 @@
+//! What shakes an IMU at an even beat, such as an engine: the mean over its period takes it away.
+//!
+//! The filters of the platform's motion pass little of a tone of f Hz, but 2 w0 / w of it: of an engine's 3 m/s^2 at 25 Hz a fifth,
+//! which is hundreds of newtons at a wheel. The mean over n samples that last one of its periods, or several, passes nothing
+//! of it, and is a measurement of all that is slower at the mean of their stamps. White noise it leaves as it is for a slow filter: its
+//! variance is n times less, in n samples that are alike. So n is that of the least
+//!
+//! ```text
+//!     n M(n),    M(n) = mean over some periods of |mean of the last n deviations of the specific force|^2
+//! ```
+//! if it is less than half of M(1). A deviation is that from a level with a trend that follows the samples as slowly as the filters do.
+//! All channels have the same n, for they have to be alike (see [`faster`](super::faster)).
+
+use super::white_jerk::seconds;
+
+/// Longest mean (ns): engines shake at 20 Hz and more.
+const LONGEST_NS: i64 = 50_000_000;
+/// Most samples of a mean.
+const MOST: usize = 64;
+/// Memory of M (s): some periods.
+const MEMORY_S: f64 = 0.1;
+/// Time constant of the level (s): 3 Hz.
+const LEVEL_S: f64 = 0.053;
+/// Nothing shakes a sensor whose deviations have a variance less than so many times that of its noise.
+const LEAST_SIZE: f64 = 4.0;
+/// Share of M(1) that n M(n) must be below.
+const BETTER: f64 = 0.5;
+/// Share of what n M(n) is that another n must be below to take its place.
+const OTHER: f64 = 0.5;
+
+/// A sample: specific force and angular velocity.
+pub(super) type Motion = [f64; 6];
+
+#[derive(Debug, Clone, Copy)]
+struct Taken {
+    stamp_ns: i64,
+    motion: Motion,
+    /// Of the specific force.
+    deviation: [f64; 3],
+}
+
+/// The last samples of a sensor that something shakes.
+#[derive(Debug, Clone)]
+pub(super) struct Shaken {
+    /// The last samples, the latest at `latest`.
+    samples: Vec<Taken>,
+    latest: usize,
+    /// Level of each component of the specific force, and its trend per second.
+    level: [[f64; 2]; 3],
+    /// Variance of its noise.
+    variance: f64,
+    max_gap_ns: i64,
+    /// M(n), from n = 1 on.
+    squares: Vec<f64>,
+    /// Samples since something shakes the sensor.
+    shaken: usize,
+    /// n
+    length: usize,
+}
+
+impl Shaken {
+    /// Before the first sample; `noise` is the standard deviation of the specific force.
+    pub(super) fn new(noise: f64, max_gap_ns: i64) -> Self {
+        Self {
+            samples: Vec::with_capacity(MOST),
+            latest: 0,
+            level: [[0.0; 2]; 3],
+            variance: noise * noise,
+            max_gap_ns,
+            squares: vec![0.0; MOST],
+            shaken: 0,
+            length: 1,
+        }
+    }
+
+    /// Forgets the samples: the next one does not follow them. What shakes the sensor still does.
+    pub(super) fn forget(&mut self) {
+        self.samples.clear();
+    }
+
+    /// Takes a sample; returns the mean over the period of what shakes the sensor, and its stamp (ns).
+    pub(super) fn take(&mut self, stamp_ns: i64, motion: Motion) -> (i64, Motion) {
+        let step_ns = |last: i64| stamp_ns.saturating_sub(last);
+        let before = (!self.samples.is_empty()).then(|| self.back(0).stamp_ns);
+        let before = before.filter(|&last| (1..=self.max_gap_ns).contains(&step_ns(last)));
+        let mut deviation = [0.0; 3];
+        let step_s = match before {
+            Some(last) => {
+                let step_s = seconds(step_ns(last));
+                let kept = (-step_s / LEVEL_S).exp();
+                for (k, [level, trend]) in self.level.iter_mut().enumerate() {
+                    let expected = *level + *trend * step_s;
+                    deviation[k] = motion[k] - expected;
+                    *level = expected + (1.0 - kept * kept) * deviation[k];
+                    *trend += (1.0 - kept).powi(2) / step_s * deviation[k];
+                }
+                step_s
+            }
+            None => {
+                self.samples.clear();
+                self.level = std::array::from_fn(|k| [motion[k], 0.0]);
+                0.0
+            }
+        };
+        let taken = Taken {
+            stamp_ns,
+            motion,
+            deviation,
+        };
+        if self.samples.len() < MOST {
+            // after it has forgotten them, the first is the latest
+            self.latest = self.samples.len();
+            self.samples.push(taken);
+        } else {
+            self.latest = (self.latest + 1) % MOST;
+            self.samples[self.latest] = taken;
+        }
+        self.weigh(step_s);
+        self.mean()
+    }
+
+    /// The sample so many before the latest.
+    fn back(&self, samples: usize) -> &Taken {
+        let count = self.samples.len();
+        &self.samples[(self.latest + count - samples) % count]
+    }
+
+    fn weigh(&mut self, step_s: f64) {
+        let weight = step_s / (step_s + MEMORY_S);
+        let square = |v: &[f64; 3]| v.iter().map(|x| x * x).sum::<f64>();
+        let latest = *self.back(0);
+        self.squares[0] += weight * (square(&latest.deviation) - self.squares[0]);
+        // written so that NaN is none
+        if !(self.squares[0] > LEAST_SIZE * 3.0 * self.variance) {
+            (self.shaken, self.length) = (0, 1);
+            return;
+        }
+        self.shaken += 1;
+        let weight = weight.max(1.0 / self.shaken as f64);
+        let (mut sum, mut best) = ([0.0; 3], (1, BETTER * self.squares[0]));
+        let (mut longest, mut is_full) = (0, self.samples.len() == MOST);
+        for n in 1..=self.samples.len() {
+            let one = self.back(n - 1);
+            if latest.stamp_ns.saturating_sub(one.stamp_ns) >= LONGEST_NS {
+                is_full = true;
+                break;
+            }
+            (sum.iter_mut().zip(one.deviation)).for_each(|(sum, x)| *sum += x);
+            if n == 1 {
+                continue;
+            }
+            let mean = square(&sum) / (n * n) as f64;
+            let squares = &mut self.squares[n - 1];
+            *squares += weight * (mean - *squares);
+            let score = n as f64 * *squares;
+            if score < best.1 {
+                best = (n, score);
+            }
+            longest = n;
+        }
+        // as soon as the longest mean has been seen at both ends of it
+        let own = OTHER * self.length as f64 * self.squares[self.length - 1];
+        let is_other = self.length == 1 || best.0 == 1 || best.1 < own;
+        if is_full && self.shaken > 2 * longest && is_other {
+            self.length = best.0;
+        }
+    }
+
+    fn mean(&self) -> (i64, Motion) {
+        let latest = self.back(0);
+        let length = self.length.min(self.samples.len());
+        if length == 1 {
+            return (latest.stamp_ns, latest.motion);
+        }
+        let (mut behind_ns, mut sum) = (0, [0.0; 6]);
+        for n in 0..length {
+            let one = self.back(n);
+            behind_ns += latest.stamp_ns - one.stamp_ns;
+            (sum.iter_mut().zip(one.motion)).for_each(|(sum, value)| *sum += value);
+        }
+        let stamp_ns = latest.stamp_ns - behind_ns / length as i64;
+        (stamp_ns, sum.map(|sum| sum / length as f64))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::super::noise_of_tests::Noise;
+    use super::*;
+
+    const STEP_NS: i64 = 4_000_000;
+    const NOISE: f64 = 0.05;
+
+    /// What the platform does (m/s^2).
+    fn driven(t: f64) -> f64 {
+        1.5 * (TAU * 0.4 * t).sin()
+    }
+
+    /// Root mean square by which a shaken specific force is off, as measured and as a mean at its stamp, from 0.6 to 6 s; and how many
+    /// of the samples did not stay as they were.
+    fn off(truth: impl Fn(f64) -> f64, shake: impl Fn(f64) -> f64) -> ([f64; 2], usize) {
+        let mut shaken = Shaken::new(NOISE, 250_000_000);
+        let mut noise = Noise(3);
+        let (mut squares, mut count, mut changed) = ([0.0; 2], 0, 0);
+        for k in 0..1500 {
+            let stamp_ns = k * STEP_NS;
+            let t = seconds(stamp_ns);
+            let mut motion = [0.0; 6].map(|_: f64| 0.5 * shake(t) + NOISE * noise.next());
+            motion[2] += truth(t) + 0.5 * shake(t);
+            let (at_ns, mean) = shaken.take(stamp_ns, motion);
+            if t > 0.6 {
+                let errors = [motion[2] - truth(t), mean[2] - truth(seconds(at_ns))];
+                (squares.iter_mut().zip(errors)).for_each(|(sum, error)| *sum += error * error);
+                count += 1;
+                changed += usize::from((at_ns, mean) != (stamp_ns, motion));
+                assert!((0..60_000_000).contains(&(stamp_ns - at_ns)));
+            }
+        }
+        (
+            squares.map(|sum: f64| (sum / f64::from(count)).sqrt()),
+            changed,
+        )
+    }
+
+    #[test]
+    fn what_shakes_at_an_even_beat_is_taken_away_and_the_motion_stays() {
+        for hertz in [18.0, 20.0, 25.0, 33.0, 45.0, 58.0] {
+            let (of, changed) = off(driven, |t| 3.0 * (TAU * hertz * t).sin());
+            assert!(of[1] < 0.1 * of[0], "{hertz} Hz: {of:?}");
+            assert!(changed > 1300, "{hertz} Hz: {changed}");
+        }
+    }
+
+    #[test]
+    fn motion_stays_as_it_was_measured_and_noise_becomes_no_more() {
+        let blows = |t: f64| 13.0 * (-4.0 * (t % 1.5)).exp() * (31.0 * (t % 1.5)).sin();
+        let (_, still) = off(|_| 9.81, |_| 0.0);
+        let (_, driving) = off(driven, |_| 0.0);
+        let (_, landing) = off(blows, |_| 0.0);
+        let noise = std::cell::RefCell::new(Noise(9));
+        // without a beat, a mean takes noise away as well, or nothing
+        let (noisy, _) = off(|_| 9.81, |_| noise.borrow_mut().next());
+        assert_eq!([still, driving, landing], [0; 3]);
+        assert!(noisy[1] <= noisy[0], "{noisy:?}");
+    }
+
+    #[test]
+    fn nothing_is_averaged_over_a_gap() {
+        let mut shaken = Shaken::new(NOISE, 250_000_000);
+        let motion = |k: i64| [3.0 * (TAU * 25.0 * seconds(k * STEP_NS)).sin(); 6];
+        let as_it_is = |shaken: &mut Shaken, k: i64, at_ns: i64| {
+            shaken.take(at_ns, motion(k)) == (at_ns, motion(k))
+        };
+        let of_tone = (0..200)
+            .filter(|&k| as_it_is(&mut shaken, k, k * STEP_NS))
+            .count();
+        assert!(of_tone < 60, "{of_tone}");
+        assert!(as_it_is(&mut shaken, 201, 200 * STEP_NS + 300_000_000));
+        assert!(!as_it_is(&mut shaken, 202, 201 * STEP_NS + 300_000_000));
+        shaken.forget();
+        assert!(as_it_is(&mut shaken, 203, 202 * STEP_NS + 300_000_000));
+        assert!(as_it_is(&mut shaken, 204, i64::MIN));
+    }
+}
