@@ -273,7 +273,7 @@ impl Changes {
         }
         apart.clear();
         let pairs = self.at.windows(2);
-        apart.extend(pairs.map(|pair| (pair[1].stamp_ns - pair[0].stamp_ns) as f64));
+        apart.extend(pairs.map(|pair| pair[1].stamp_ns.saturating_sub(pair[0].stamp_ns) as f64));
         apart.sort_unstable_by(f64::total_cmp);
         let short = apart[apart.len() / 10];
         let is_one = |apart: &&f64| (0.75 * short..1.5 * short).contains(*apart);
@@ -304,14 +304,14 @@ impl Changes {
         let (first, earliest_ns) = (self.at.first()?, stamps_ns[*order.first()?]);
         // the first value was measured before the log began
         let periods = first.stamp_ns.saturating_sub(earliest_ns) / period_ns;
-        let mut due_ns = first.stamp_ns - periods * period_ns;
+        let mut due_ns = first.stamp_ns.saturating_sub(periods * period_ns);
         let mut next_change = self.at.iter().map(|change| change.stamp_ns).peekable();
         let mut repeats = Vec::new();
         for &index in order {
             let stamp_ns = stamps_ns[index];
             let is_change = next_change.next_if_eq(&stamp_ns).is_some();
             // a value that stays was measured again
-            if is_change || stamp_ns >= due_ns - self.interval_ns / 2 {
+            if is_change || stamp_ns >= due_ns.saturating_sub(self.interval_ns / 2) {
                 due_ns = stamp_ns.saturating_add(period_ns);
             } else {
                 repeats.push(index);
@@ -386,7 +386,8 @@ impl Repeats {
             if !self.is_open {
                 self.period_ns = period_ns;
             }
-        } else if self.period_ns.is_some() && stamp_ns < self.due_ns - self.changes.interval_ns / 2
+        } else if self.period_ns.is_some()
+            && stamp_ns < self.due_ns.saturating_sub(self.changes.interval_ns / 2)
         {
             return true;
         }
@@ -573,5 +574,14 @@ mod tests {
             assert!(!repeats.take(stamp_ns, &[0.5]));
         }
         assert!(!repeats.take(i64::MAX, &[0.5]));
+        // nor does one whose stamp is no time stop it
+        let mut repeats = Repeats::new(1, Some(i64::MAX));
+        for (k, stamp_ns) in [i64::MIN, -1, i64::MAX - 1, i64::MAX]
+            .into_iter()
+            .enumerate()
+        {
+            repeats.take(stamp_ns, &[k as f64]);
+            repeats.take(stamp_ns, &[k as f64]);
+        }
     }
 }
