@@ -18,7 +18,9 @@
   function show() {
     let otf = logged.otf_n, variance = logged.sigma_n * logged.sigma_n;
     facts.changes.forEach(function (it, k) {
-      const value = Number(inputs[k].value), shown = text(value) + ' ' + it.unit;
+      // the steps of an input need not meet the logged value
+      const set = Number(inputs[k].value), value = Math.abs(set - it.logged) < inputs[k].step / 2 ? it.logged : set;
+      const shown = text(value) + ' ' + it.unit;
       const found = between(it.simulated, value);
       otf += found.otf - logged.otf_n;
       variance += found.variance - logged.sigma_n * logged.sigma_n;
