@@ -24,7 +24,7 @@ fn val_otf_shows_a_lift_that_no_edge_moment_shows() {
         .find(|e| e.kind == EventKind::WheelLift)
         .unwrap();
     assert_eq!(lift.subject, "rr");
-    let by_loads = lift.counterfactuals[0].recorded_probability;
+    let by_loads = lift.counterfactuals[0].reply.recorded_probability;
     assert!(lift.worst < -1000.0 && by_loads.unwrap() > 0.99, "{lift:?}");
     // the extension hardly moves: the log does not show that its encoder has the right sign
     let untested: Vec<&str> = (lift.untested.iter())

@@ -221,7 +221,7 @@ fn the_foot_that_lifts_is_asked_what_would_have_held_it() {
             .find(|it| it.supposed == supposed);
         let asked = asked.unwrap_or_else(|| panic!("{supposed:?}: {lift:?}"));
         assert!(
-            asked.otf_n.is_some() && asked.sigma_n.is_some(),
+            asked.reply.otf_n.is_some() && asked.reply.sigma_n.is_some(),
             "{asked:?}"
         );
     }

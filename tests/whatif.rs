@@ -1,14 +1,15 @@
 //! Replays of a log with a different suspension motion.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::analysis::run::analyse;
 use tipwatch_analyze::base::options::Options;
 use tipwatch_analyze::compare::{Side, compare};
 use tipwatch_analyze::events::{Answer, Event, EventKind, ShownBy, Supposition};
+use tipwatch_analyze::report;
 use tipwatch_analyze::suspension::{
-    Summary, Suppositions, SuspensionMode, WhatIf, WhatIfOptions, measured_fall, suppose, what_if,
+    Summary, Suppositions, SuspensionMode, WhatIf, WhatIfOptions, replies, suppose, what_if,
 };
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::{Quantity, State};
@@ -374,12 +375,148 @@ fn a_supposition_is_the_counterfactual_of_the_lift() {
         let [recorded, supposed] = supposed(&suppositions);
         let answers = &lift(&recorded).unwrap().counterfactuals;
         let answer = answers.iter().find(|it| it.supposed == asked).unwrap();
-        let (answered, found) = (answer.otf_n.unwrap(), least_otf(&supposed));
+        let (answered, found) = (answer.reply.otf_n.unwrap(), least_otf(&supposed));
         assert!(
             (answered - found).abs() < 20.0,
             "{asked:?}: {answered} {found}"
         );
     }
+}
+
+/// Logs with a tip-over, with wheels, supports and an axle that swings, with measured forces, and the demo's.
+fn logs_with_a_lift() -> Vec<PathBuf> {
+    let demo = Path::new(env!("CARGO_MANIFEST_DIR")).join("../analyze/demo/demo.mcap");
+    let logs = ["tip_over.mcap", "forklift.mcap", "crane.mcap"].map(data);
+    logs.into_iter().chain([demo]).collect()
+}
+
+/// The table of the first page, the simulated values of the sliders and `tipwatch whatif` evaluate the same rows.
+#[test]
+fn the_same_question_has_one_answer() {
+    let half = Suppositions {
+        speed: Some(0.5),
+        ..Suppositions::default()
+    };
+    let level = Suppositions {
+        level: true,
+        ..Suppositions::default()
+    };
+    let cases = [
+        (Supposition::LevelGround, level, "Slope of the ground", 0.0),
+        (Supposition::HalfSpeed, half, "Speed of ", 50.0),
+    ];
+    for log in logs_with_a_lift() {
+        let file = MachineFile::read(&log.with_extension("toml")).unwrap();
+        let mut compared = [0; 2];
+        for (asked, suppositions, slider, at) in &cases {
+            let [recorded, supposed] =
+                suppose(&log, &file, Options::default(), suppositions).unwrap();
+            let sides = [(&recorded, "as recorded"), (&supposed, "as supposed")];
+            let [a, b] = sides.map(|(analysis, name)| Side::of_analysis(analysis, name).unwrap());
+            let mut comparison = compare(&a, &b);
+            comparison.suppose(&recorded.rows, &replies(&recorded, &supposed, suppositions));
+            let comparison = serde_json::to_value(&comparison).unwrap();
+            let answers = |event: &Event| {
+                let mut answers = event.counterfactuals.clone().into_iter();
+                answers.find(|it| it.supposed == *asked)
+            };
+            for event in &recorded.events {
+                let Some(answer) = answers(event) else {
+                    continue;
+                };
+                let expected = serde_json::to_value(&answer.reply).unwrap();
+                let start_s = recorded.rows.seconds_at(event.start_ns);
+                let mut pairs = comparison["events"].as_array().unwrap().iter();
+                let pair = pairs.find(|pair| {
+                    pair["kind"] == event.kind.name()
+                        && pair["subject"] == event.subject.as_str()
+                        && pair["a"]["start_s"].as_f64() == Some(start_s)
+                });
+                assert_eq!(pair.unwrap()["supposed"], expected, "{log:?} {asked:?}");
+                compared[0] += 1;
+            }
+            let sliders = report::sliders(&recorded).unwrap();
+            let mut same = sliders
+                .changes
+                .iter()
+                .filter(|it| it.name.starts_with(slider));
+            // level ground is no change on ground that was level
+            let Some(slider) = same.next() else {
+                continue;
+            };
+            let of_sliders = |it: &&Event| it.kind == sliders.kind && it.subject == sliders.subject;
+            let answer = answers(recorded.events.iter().find(of_sliders).unwrap())
+                .unwrap()
+                .reply;
+            let simulated = slider.simulated.iter().find(|it| it.at == *at).unwrap();
+            assert_eq!(
+                (
+                    Some(simulated.otf_n),
+                    simulated.sigma_n,
+                    simulated.probability
+                ),
+                (answer.otf_n, answer.sigma_n, answer.probability),
+                "{log:?} {asked:?}"
+            );
+            let logged = (sliders.logged.otf_n, sliders.logged.probability);
+            assert_eq!(
+                (Some(logged.0), logged.1),
+                (answer.recorded_otf_n, answer.recorded_probability)
+            );
+            compared[1] += 1;
+        }
+        assert!(
+            compared[0] >= 2 && compared[1] >= 1,
+            "{log:?}: {compared:?}"
+        );
+    }
+}
+
+/// What the advice takes from the end of the arm can be supposed, and is the same change.
+#[test]
+fn an_advised_load_can_be_supposed() {
+    let mut compared = 0;
+    for log in logs_with_a_lift() {
+        let file = MachineFile::read(&log.with_extension("toml")).unwrap();
+        let with = |payload_kg: f64| {
+            let suppositions = Suppositions {
+                payload_kg: Some(payload_kg),
+                ..Suppositions::default()
+            };
+            let [recorded, supposed] = suppose(&log, &file, Options::default(), &suppositions)?;
+            let replies = replies(&recorded, &supposed, &suppositions).into_iter();
+            let replies = replies
+                .map(|(event, reply)| (event.subject.clone(), reply))
+                .collect();
+            anyhow::Ok((recorded, replies))
+        };
+        let (recorded, _): (Analysis, Vec<_>) = with(-1.0).unwrap();
+        // more than the whole load
+        let error = with(-1e5).unwrap_err().to_string();
+        assert!(
+            error.contains("--payload") && error.contains("weighs less"),
+            "{error}"
+        );
+        let Some(advice) = &recorded.advice else {
+            continue;
+        };
+        let mut lighter = advice.changes.iter().filter(|change| change.unit == "kg");
+        let Some(change) = lighter.next() else {
+            continue;
+        };
+        let (_, replies) = with(change.change).unwrap();
+        let (_, reply) = replies
+            .iter()
+            .find(|(subject, _)| *subject == advice.wheel)
+            .unwrap();
+        assert!(
+            (reply.otf_n.unwrap() - change.least_otf_n).abs() < 1e-6 * change.least_otf_n.abs(),
+            "{log:?}: {reply:?} {change:?}"
+        );
+        assert!(change.chance.is_some(), "{change:?}");
+        compared += 1;
+    }
+    assert!(compared >= 2, "{compared}");
 }
 
 /// Brakes hard on level ground: the platform pitches, and the ground does not.
@@ -427,11 +564,12 @@ fn level_ground_is_open_where_the_log_does_not_tell_the_slope() {
     let level = answers
         .find(|it| it.supposed == Supposition::LevelGround)
         .unwrap();
-    assert_eq!(level.otf_n, level.recorded_otf_n);
+    assert_eq!(level.reply.otf_n, level.reply.recorded_otf_n);
     // 0.1 rad of slope are as much as 0.1 rad of the mounting
-    let [sigma_n, recorded_n] = [level.sigma_n, level.recorded_sigma_n].map(Option::unwrap);
+    let [sigma_n, recorded_n] =
+        [level.reply.sigma_n, level.reply.recorded_sigma_n].map(Option::unwrap);
     assert!(sigma_n > 1.3 * recorded_n, "{sigma_n} {recorded_n}");
-    assert_eq!(level.answer, Answer::Open);
+    assert_eq!(level.reply.answer, Answer::Open);
 }
 
 #[test]
@@ -449,7 +587,7 @@ fn the_slope_that_is_levelled_is_in_the_bands() {
     assert!(noise(&supposed) > noise(&recorded));
     let lift = lift(&recorded).unwrap();
     for answer in &lift.counterfactuals {
-        let recorded = answer.recorded_probability.unwrap();
+        let recorded = answer.reply.recorded_probability.unwrap();
         assert!((0.5..1.0).contains(&recorded), "{answer:?}");
     }
 }
@@ -519,6 +657,14 @@ fn a_recorded_fall_is_not_the_fall_of_what_is_supposed() {
             count.a == Some(1.0) && count.b.is_none() && count.why_not.is_some(),
             "{count:?}"
         );
-        assert!(measured_fall(&recorded, &supposed).is_some());
+        // it is answered all the same, by the rows of the event
+        let replies = replies(&recorded, &supposed, &suppositions);
+        let mut of_fall = replies
+            .iter()
+            .filter(|(event, _)| event.kind == EventKind::TipOver);
+        assert!(
+            of_fall.any(|(_, reply)| reply.probability.is_some()),
+            "{suppositions:?}"
+        );
     }
 }

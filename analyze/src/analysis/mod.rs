@@ -28,7 +28,7 @@ mod rotations;
 pub mod run;
 pub mod sensitivity;
 mod size;
-mod standing_rows;
+pub(crate) mod standing_rows;
 mod state_blocks;
 mod steps;
 mod supports;

@@ -16,7 +16,7 @@ use crate::base::output_place::OutputPlace;
 use crate::base::progress::Progress;
 use crate::compare::{Extent, InputDifference, Side, as_text, compare, render};
 use crate::suspension::{
-    Suppositions, SuspensionMode, WhatIfOptions, caveats, findings, measured_fall, suppose, what_if,
+    Suppositions, SuspensionMode, WhatIfOptions, caveats, findings, replies, suppose, what_if,
 };
 
 #[derive(Debug, Args)]
@@ -40,7 +40,7 @@ pub(super) struct WhatIfArgs {
     /// Suppose that machine and arm had travelled the same path so many times as fast.
     #[arg(long, value_name = "TIMES", value_parser = positive)]
     speed: Option<f64>,
-    /// Suppose so many kilograms more on the tool.
+    /// Suppose so many kilograms more of the payloads, or on the tool where the machine file states none; less where negative.
     #[arg(long, value_name = "KG", allow_negative_numbers = true, value_parser = seconds)]
     payload: Option<f64>,
     /// Suppose that a joint had been off by this constant (rad or m).
@@ -127,10 +127,7 @@ fn supposed(
     let a = Side::of_analysis(&recorded, word!("as recorded"))?;
     let b = Side::of_analysis(&supposed, &suppositions.in_words())?;
     let mut comparison = compare(&a, &b);
-    // B has no rotations of its own: what was measured of one stands in its first line
-    if let Some(fall) = measured_fall(&recorded, &supposed) {
-        comparison.b.finding = say!("{fall}. By its loads: {}", comparison.b.finding);
-    }
+    comparison.suppose(&recorded.rows, &replies(&recorded, &supposed, suppositions));
     comparison.inputs.insert(
         0,
         InputDifference {

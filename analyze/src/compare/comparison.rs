@@ -1,11 +1,14 @@
 //! The differences between two results.
 
 use serde::Serialize;
+use tipwatch_language::say;
 
 use super::facts::{self, EventPair, FactDifference};
 use super::inputs::{self, InputDifference};
 use super::series::{self, SeriesComparison};
 use super::side::{Side, SideSummary};
+use crate::base::table::Table;
+use crate::events::{Event, EventKind, Reply};
 
 /// Version of the document.
 const SCHEMA: u32 = 1;
@@ -33,6 +36,40 @@ pub struct Comparison {
     pub series_note: Option<String>,
     /// What the comparison cannot show.
     pub caveats: Vec<String>,
+}
+
+impl Comparison {
+    /// States of an event of A, by kind, subject and start (s after the first row), whether it would have happened as supposed
+    /// in B.
+    fn answer(&mut self, kind: EventKind, subject: &str, start_s: f64, reply: &Reply) {
+        let is_it = |pair: &&mut EventPair| {
+            let starts = pair.a.as_ref().map(|event| event.start_s);
+            pair.kind == kind.name() && pair.subject == subject && starts == Some(start_s)
+        };
+        for pair in self.events.iter_mut().filter(is_it) {
+            pair.supposed = Some(reply.clone());
+        }
+    }
+
+    /// States of every event that was asked about whether it would have happened as supposed in B.
+    pub fn suppose(&mut self, recorded: &Table, replies: &[(&Event, Reply)]) {
+        for (event, reply) in replies {
+            self.answer(
+                event.kind,
+                &event.subject,
+                recorded.seconds_at(event.start_ns),
+                reply,
+            );
+        }
+        // the gravest first: a lift is part of a tipping
+        let asked = self.events.iter().filter(|pair| pair.supposed.is_some());
+        let gravest = asked.min_by_key(|pair| pair.kind == EventKind::WheelLift.name());
+        if let Some((what, answer)) = gravest.and_then(|pair| Some((pair.what(), pair.answer()?))) {
+            let finding = &self.b.finding;
+            self.b.finding =
+                say!("By the rows of the event, {what}: {answer}. By its valid rows: {finding}");
+        }
+    }
 }
 
 /// Compares two sides.

@@ -3,10 +3,12 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
-use tipwatch_language::{message, told, word};
+use tipwatch_language::{message, say, told, word};
 
 use super::side::{Side, SideEvent};
-use crate::base::number::{number, readable};
+use crate::base::number::{input_in_words, number, readable};
+use crate::events::Reply;
+use crate::events::support_words::edge_word;
 
 /// A figure of the whole log on both sides.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -60,6 +62,31 @@ pub struct EventPair {
     pub b: Option<EventSide>,
     /// The side without the event has rows in its time, of which fewer than one in ten is valid: it may or may not be there, too.
     pub is_open_elsewhere: bool,
+    /// Whether the event of A would have happened as supposed in B; null where nothing is supposed.
+    pub supposed: Option<Reply>,
+}
+
+impl EventPair {
+    /// What happened, and to what.
+    pub(super) fn what(&self) -> String {
+        let (wheel, subject) = (self.subject.to_uppercase(), edge_word(&self.subject));
+        match self.kind.as_str() {
+            "wheel_light" => say!("{} light", wheel),
+            "wheel_lift" => say!("{} off the ground", wheel),
+            "edge_tipping" => say!("tipping about the {subject} edge"),
+            "tip_over" => say!("tipping over about the {subject} edge"),
+            kind => format!("{}: {}", readable(kind), input_in_words(&self.subject)),
+        }
+    }
+
+    /// Whether it would have happened as supposed in B.
+    pub(super) fn answer(&self) -> Option<String> {
+        let reply = self.supposed.as_ref()?;
+        Some(reply.in_words().unwrap_or_else(|| {
+            let why = told(reply.why_not.unwrap_or(message!("the reason is unknown")));
+            say!("open ({why})")
+        }))
+    }
 }
 
 /// An event of one side.
@@ -261,6 +288,7 @@ pub(super) fn events(a: &Side, b: &Side) -> Vec<EventPair> {
             b: on_b.map(|event| event_side(b, event)),
             is_open_elsewhere: (on_b.is_none() && is_open(b, event))
                 || (on_a.is_none() && is_open(a, event)),
+            supposed: None,
         })
     };
     let mut pairs = Vec::new();

@@ -8,7 +8,7 @@ use super::facts::{FactDifference, formatted};
 use super::inputs::{InputDifference, NOT_HELD};
 use super::series::{in_words, printed_unit, shared_rows};
 use super::side::Side;
-use super::text::{event, origin};
+use super::text::{event, origin, valid_rows};
 use crate::page::svg::{CHART_STYLE, Chart};
 use crate::page::{self, Document, list, number, part, rows_to_draw, section, table};
 
@@ -36,7 +36,7 @@ pub fn render(comparison: &Comparison, a: &Side, b: &Side) -> String {
             (page::facts(&sides))
             (section(word!("Inputs that differ"), inputs(comparison)))
             (section(word!("Events"), events(comparison)))
-            (section(word!("Overturning force (OTF)"), html! { (facts(&least)) (curves) }))
+            (section(word!("Overturning force (OTF)"), html! { p.hint { (valid_rows(comparison)) } (facts(&least)) (curves) }))
             @if !comparison.caveats.is_empty() {
                 (section(word!("What this cannot show"), list(comparison.caveats.iter())))
             }
@@ -44,7 +44,7 @@ pub fn render(comparison: &Comparison, a: &Side, b: &Side) -> String {
         @if let Some(differences) = &differences {
             (part("differences", word!("Differences of the OTF"), false, differences))
         }
-        (part("figures", word!("Whole log"), false, facts(&comparison.facts.iter().collect::<Vec<_>>())))
+        (part("figures", word!("Figures of all valid rows"), false, facts(&comparison.facts.iter().collect::<Vec<_>>())))
         (part("rows", word!("Row by row"), false, series(comparison)))
         (part("provenance", word!("Provenance"), false, page::facts(&[("A", origin(&comparison.a)), ("B", origin(&comparison.b))])))
     };

@@ -9,8 +9,7 @@ use super::facts::{EventPair, EventSide, FactDifference, formatted};
 use super::inputs::{InputDifference, NOT_HELD, in_words};
 use super::series::printed_unit;
 use super::side::SideSummary;
-use crate::base::number::{input_in_words, number, probability, readable};
-use crate::events::support_words::edge_word;
+use crate::base::number::{number, probability, readable};
 
 /// Inputs, unless all are requested.
 const MOST_INPUTS: usize = 12;
@@ -47,10 +46,11 @@ pub fn as_text(comparison: &Comparison, extent: Extent) -> String {
     let _ = writeln!(text, "{log}");
     add_inputs(comparison, all, &mut text);
     add_events(comparison, &mut text);
+    let _ = writeln!(text, "\n{}", valid_rows(comparison));
     let _ = writeln!(
         text,
-        "\n{:42} {:>12} {:>12} {:>12}",
-        word!("Whole log"),
+        "{:42} {:>12} {:>12} {:>12}",
+        word!("Figure"),
         "A",
         "B",
         "B - A"
@@ -162,6 +162,16 @@ pub(super) fn event(pair: &EventPair) -> String {
             say!("{letter} from {:.2} s {lasts}", event.start_s) + &certain.unwrap_or_default()
         })
     };
+    if let Some((reply, answer)) = pair.supposed.as_ref().zip(pair.answer()) {
+        let recorded = reply.recorded_in_words();
+        let recorded = recorded.map(|chance| say!("evaluated again as in A: {chance}"));
+        let supposed = say!("as in B: {answer}");
+        let all = side("A", &pair.a)
+            .into_iter()
+            .chain(recorded)
+            .chain([supposed]);
+        return format!("{}: {}", pair.what(), all.collect::<Vec<_>>().join("; "));
+    }
     let sides: Vec<String> = side("A", &pair.a)
         .into_iter()
         .chain(side("B", &pair.b))
@@ -173,19 +183,13 @@ pub(super) fn event(pair: &EventPair) -> String {
         (None, Some(_), false) => word!(", only in B"),
         _ => "",
     };
-    format!("{}{only}: {}", what(pair), sides.join("; "))
+    format!("{}{only}: {}", pair.what(), sides.join("; "))
 }
 
-/// What happened, and to what.
-fn what(pair: &EventPair) -> String {
-    let (wheel, subject) = (pair.subject.to_uppercase(), edge_word(&pair.subject));
-    match pair.kind.as_str() {
-        "wheel_light" => say!("{} light", wheel),
-        "wheel_lift" => say!("{} off the ground", wheel),
-        "edge_tipping" => say!("tipping about the {subject} edge"),
-        "tip_over" => say!("tipping over about the {subject} edge"),
-        kind => format!("{}: {}", readable(kind), input_in_words(&pair.subject)),
-    }
+/// Of which rows the figures are.
+pub(super) fn valid_rows(comparison: &Comparison) -> String {
+    let [a, b] = [&comparison.a, &comparison.b].map(|side| &side.computable);
+    say!("All valid rows: {a} in A, {b} in B")
 }
 
 fn add_series(comparison: &Comparison, all: bool, text: &mut String) {

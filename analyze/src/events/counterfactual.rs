@@ -2,6 +2,9 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
+use tipwatch_language::say;
+
+use crate::base::number::{number, probability, readable};
 
 /// Two standard deviations: what is less probable than this is answered with no, what is more probable than one less it
 /// with yes.
@@ -28,7 +31,7 @@ tipwatch_mechanics::named! {
 
 tipwatch_mechanics::named! {
     /// Whether the event would have happened.
-    #[derive(JsonSchema)]
+    #[derive(Default, JsonSchema)]
     #[schemars(rename_all = "snake_case")]
     pub enum Answer {
         /// Yes, by two standard deviations.
@@ -36,15 +39,15 @@ tipwatch_mechanics::named! {
         /// No, by two standard deviations.
         No,
         /// The probability is between, or cannot be computed.
+        #[default]
         Open,
     }
 }
 
-/// The answer to one supposition, by evaluating the rows of the event again.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
-pub struct Counterfactual {
-    /// What is supposed.
-    pub supposed: Supposition,
+/// How near what an event is about, a wheel or the wheels off an edge, comes to lifting in the rows around it, and whether it
+/// would have.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, JsonSchema)]
+pub struct Reply {
     /// Whether the wheels would have lifted.
     pub answer: Answer,
     /// Probability that they would have, under the stated split rule; null where it cannot be computed.
@@ -59,10 +62,48 @@ pub struct Counterfactual {
     pub otf_n: Option<f64>,
     /// Its standard deviation (N).
     pub sigma_n: Option<f64>,
-    /// When the machine had the posture that is supposed (ns); null for the reference posture and other suppositions.
-    pub posture_ns: Option<i64>,
+    /// Start of the rows that were evaluated (ns).
+    pub from_ns: i64,
+    /// Their end (ns). From where the platform tips on it keeps its motion from before, and the joints move as recorded.
+    pub to_ns: i64,
     /// Why it cannot be computed.
     pub why_not: Option<&'static str>,
+}
+
+/// The answer to one supposition, by evaluating the rows of the event again.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Counterfactual {
+    /// What is supposed.
+    pub supposed: Supposition,
+    /// When the machine had the posture that is supposed (ns); null for the reference posture and other suppositions.
+    pub posture_ns: Option<i64>,
+    /// The answer.
+    #[serde(flatten)]
+    pub reply: Reply,
+}
+
+impl Reply {
+    /// The answer with its chance and what it rests on; `None` if it is open for want of a probability.
+    pub(crate) fn in_words(&self) -> Option<String> {
+        let chance = probability(self.probability?);
+        let otf = otf_in_words(self.otf_n, self.sigma_n)?;
+        Some(format!(
+            "{}, {chance} ({otf})",
+            readable(self.answer.name())
+        ))
+    }
+
+    /// The probability as recorded, by the same evaluation, and what it rests on.
+    pub(crate) fn recorded_in_words(&self) -> Option<String> {
+        let chance = probability(self.recorded_probability?);
+        let otf = otf_in_words(self.recorded_otf_n, self.recorded_sigma_n)?;
+        Some(format!("{chance} ({otf})"))
+    }
+}
+
+fn otf_in_words(otf_n: Option<f64>, sigma_n: Option<f64>) -> Option<String> {
+    let (otf, band) = (number(otf_n?), number(2.0 * sigma_n?));
+    Some(say!("minimum OTF {otf} ± {band} N"))
 }
 
 impl Answer {

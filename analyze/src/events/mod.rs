@@ -21,7 +21,7 @@ mod tipping;
 mod turning;
 mod unloaded;
 
-pub use counterfactual::{Answer, Counterfactual, Supposition};
+pub use counterfactual::{Answer, Counterfactual, Reply, Supposition};
 pub(crate) use episodes::SHORTEST_NS;
 pub use event::*;
 pub(crate) use event::{LEAST_OF_A_FACT, TIP_OVER_RAD};

@@ -2,6 +2,7 @@
 
 use maud::{Markup, html};
 use tipwatch_language::{say, word};
+use tipwatch_mechanics::Parameter;
 
 use super::findings::{MOST_OF_KIND, Scene, worst_of_each_kind};
 use super::parameter_words::{in_words, uncertainty_in_words};
@@ -120,12 +121,11 @@ pub(super) fn sensitivity(analysis: &Analysis) -> Markup {
 /// How the models differ, and the stated uncertainties.
 pub(super) fn models(analysis: &Analysis) -> Markup {
     let chosen = analysis.options.model.name();
-    let file = toml::from_str::<toml::Table>(&analysis.sources.machine_file).unwrap_or_default();
-    let of_file = file.get("uncertainty").and_then(toml::Value::as_table);
+    let stated_keys = stated_uncertainties(analysis);
     let stated = analysis.machine.uncertainty().by_key();
     let stated = stated.iter().map(|(key, sigma)| {
         let (words, unit) = uncertainty_in_words(key);
-        let from = match of_file.is_some_and(|of_file| of_file.contains_key(*key)) {
+        let from = match stated_keys.contains_key(*key) {
             true => word!("machine file"),
             false => word!("default"),
         };
@@ -142,6 +142,21 @@ pub(super) fn models(analysis: &Analysis) -> Markup {
         p { (word!("Standard deviation (σ) of every kind of parameter:")) }
         (table(&[word!("Uncertain"), word!("Standard deviation"), word!("Unit"), word!("From")], &stated))
     }
+}
+
+/// The uncertainties that the machine file states, by key.
+fn stated_uncertainties(analysis: &Analysis) -> toml::Table {
+    let file = toml::from_str::<toml::Table>(&analysis.sources.machine_file).unwrap_or_default();
+    let stated = file.get("uncertainty").and_then(toml::Value::as_table);
+    stated.cloned().unwrap_or_default()
+}
+
+/// Whether nothing but a default says how uncertain a parameter is.
+pub(super) fn is_by_default(analysis: &Analysis, parameter: Parameter) -> bool {
+    let machine = &analysis.machine;
+    let key = parameter.uncertainty_key(machine);
+    let key = key.filter(|_| machine.identified().is_none());
+    key.is_some_and(|key| !stated_uncertainties(analysis).contains_key(key))
 }
 
 /// How another model differs from the chosen one.

@@ -11,8 +11,8 @@ use crate::analysis::Analysis;
 use crate::analysis::advice::{Advice, BeforeAfter, SimulatedChange};
 use crate::base::number::number;
 use crate::base::options::ModelKind;
-use crate::events::Finding;
 use crate::events::support_words::SupportWord;
+use crate::events::{Answer, Finding};
 use crate::page::{Bar, bars, list, probability, readable, short, table, whole};
 
 /// Most changes shown in the chart and the table.
@@ -134,12 +134,24 @@ pub(super) fn finding(analysis: &Analysis) -> Option<Finding> {
             word.head,
             lower_first(&conclusion(analysis, advice))
         ),
-        [first, ..] => say!(
-            "Simulated: {} would have kept {} {wheel} and the others at their load limits{}",
-            first.statement,
-            word.one,
-            under_which_split(first)
-        ),
+        [first, ..] => {
+            let (change, split) = (&first.statement, under_which_split(first));
+            match (Answer::of(first.chance), first.chance) {
+                (Answer::Yes, _) => say!(
+                    "Simulated: {change} would have kept {} {wheel} and the others at their load limits{split}",
+                    word.one
+                ),
+                (_, Some(chance)) => say!(
+                    "Simulated: {change} brings {} {wheel} and the others to their load limits{split}; the chance that it would have kept them there is {}",
+                    word.one,
+                    probability(chance)
+                ),
+                (_, None) => say!(
+                    "Simulated: {change} brings {} {wheel} and the others to their load limits{split}; how likely it would have kept them there is not known",
+                    word.one
+                ),
+            }
+        }
     };
     let evidence = advice.changes.iter().take(MOST_IN_FINDING).map(|change| {
         say!(

@@ -1,26 +1,39 @@
 'use strict';
-// The overturning force of a wheel to first order, as the sliders say.
+// The overturning force of an event's wheels, on straight lines between what was simulated.
 (function () {
   const holder = document.getElementById('what-if-data');
   if (!holder) { return; }
-  const facts = JSON.parse(holder.textContent);
+  const facts = JSON.parse(holder.textContent), logged = facts.logged;
   const inputs = facts.changes.map(function (it, k) { return document.getElementById('what-if-' + k); });
   const result = document.getElementById('what-if-result');
   const text = function (value) { return String(Number(value.toPrecision(3))); };
+  const between = function (points, at) {
+    let k = 1;
+    while (k < points.length - 1 && points[k].at < at) { k += 1; }
+    const a = points[k - 1], b = points[k], share = (at - a.at) / (b.at - a.at);
+    const line = function (from, to) { return from + (to - from) * share; };
+    const square = function (of) { return of.sigma_n * of.sigma_n; };
+    return { otf: line(a.otf_n, b.otf_n), variance: line(square(a), square(b)) };
+  };
   function show() {
-    let otf = facts.otf_n;
+    let otf = logged.otf_n, variance = logged.sigma_n * logged.sigma_n;
     facts.changes.forEach(function (it, k) {
-      const value = Number(inputs[k].value), shown = text(value) + ' ' + it.unit;
-      otf += (value - it.range[1]) * it.per_unit_n;
+      // the steps of an input need not meet the logged value
+      const set = Number(inputs[k].value), value = Math.abs(set - it.logged) < inputs[k].step / 2 ? it.logged : set;
+      const shown = text(value) + ' ' + it.unit;
+      const found = between(it.simulated, value);
+      otf += found.otf - logged.otf_n;
+      variance += found.variance - logged.sigma_n * logged.sigma_n;
       document.getElementById('what-if-' + k + '-value').textContent = shown;
       inputs[k].setAttribute('aria-valuetext', shown);
     });
-    const band = facts.sigma_n === null ? '' : ' ± ' + Math.round(2 * facts.sigma_n);
-    const words = result.dataset, is = Math.abs(otf) < 2 * (facts.sigma_n || 0) ? words.open : otf < 0 ? words.lifts : words.stays;
-    const values = { otf: Math.round(otf) + band, logged: Math.round(facts.otf_n), lifts: is };
+    const known = logged.sigma_n !== null, sigma = Math.sqrt(Math.max(variance, 0));
+    const band = known ? ' ± ' + Math.round(2 * sigma) : '';
+    const words = result.dataset, is = !known || Math.abs(otf) < 2 * sigma ? words.open : otf < 0 ? words.lifts : words.stays;
+    const values = { otf: Math.round(otf) + band, logged: Math.round(logged.otf_n), lifts: is };
     result.textContent = words.result.replace(/\{(otf|logged|lifts)\}/g, function (_, name) { return values[name]; });
   }
-  function reset() { facts.changes.forEach(function (it, k) { inputs[k].value = it.range[1]; }); show(); }
+  function reset() { facts.changes.forEach(function (it, k) { inputs[k].value = it.logged; }); show(); }
   inputs.forEach(function (input) { input.addEventListener('input', show); });
   document.getElementById('what-if-reset').addEventListener('click', reset);
   reset();

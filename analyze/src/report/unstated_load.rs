@@ -173,6 +173,35 @@ pub(super) fn findings(analysis: &Analysis) -> Vec<Finding> {
     falls.filter_map(|fall| finding(analysis, fall)).collect()
 }
 
+/// For each rotation about an edge what explains it, with the probability of each explanation and of the machine as stated.
+pub(super) fn explained(analysis: &Analysis) -> impl Iterator<Item = String> {
+    let falls = analysis.explained_falls.iter();
+    falls.filter_map(|fall| {
+        let headline = finding(analysis, fall)?.headline;
+        Some(say!("{headline}. Probabilities: {}.", probabilities(fall)))
+    })
+}
+
+/// The explanations with their probabilities: the machine as stated, those that are not improbable, and the others together.
+fn probabilities(fall: &ExplainedFall) -> String {
+    let is_listed =
+        |it: &&Explanation| it.kind == "stated_machine" || it.probability >= NOT_IMPROBABLE;
+    let (listed, others): (Vec<_>, Vec<_>) = fall.explanations.iter().partition(is_listed);
+    let mut all: Vec<String> = listed
+        .iter()
+        .map(|it| format!("{} {}", name(it), probability(it.probability)))
+        .collect();
+    if !others.is_empty() {
+        let together: f64 = others.iter().map(|it| it.probability).sum();
+        all.push(say!(
+            "{} others together {}",
+            others.len(),
+            probability(together)
+        ));
+    }
+    all.join(", ")
+}
+
 /// Those of the rotations that the machine as stated does not explain.
 pub(super) fn not_as_stated(analysis: &Analysis) -> impl Iterator<Item = Finding> {
     let falls = analysis.explained_falls.iter();
@@ -357,6 +386,21 @@ mod tests {
     fn told(explanations: &[(&'static str, f64)]) -> String {
         let fall = ExplainedFall::by(explanations);
         with_next("told".into(), &fall, &fall.explanations[0])
+    }
+
+    #[test]
+    fn the_machine_as_stated_has_its_probability_among_the_explanations() {
+        let all = [
+            ("load_on_tool", 0.9),
+            ("imu_rotation", 0.06),
+            ("stated_machine", 0.02),
+            ("none_of_these", 0.015),
+            ("mass", 0.005),
+        ];
+        assert_eq!(
+            probabilities(&ExplainedFall::by(&all)),
+            "a load on the tool 90 %, an IMU mounted at an angle 6 %, the machine as stated 2 %, 2 others together 2 %"
+        );
     }
 
     #[test]

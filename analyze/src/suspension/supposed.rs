@@ -2,17 +2,18 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use tipwatch_binding::MachineFile;
 use tipwatch_language::{say, word};
-use tipwatch_mechanics::machine::{PayloadMass, PayloadSpec};
 
 use crate::analysis::Analysis;
-use crate::analysis::advice::{GroundSlope, Hypothesis};
+use crate::analysis::advice::{GroundSlope, Hypothesis, Question};
 use crate::analysis::run::{analyse, analyse_supposing};
+use crate::analysis::standing_rows::StandingRows;
+use crate::base::number::number;
 use crate::base::options::Options;
-use crate::events::support_words::edge_word;
-use crate::events::{Event, EventKind, ShownBy};
+use crate::events::split_rule::measured_forces;
+use crate::events::{Event, EventKind, Reply, ShownBy};
 
 /// What is supposed instead of what was recorded, all of it together.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -21,7 +22,7 @@ pub struct Suppositions {
     pub level: bool,
     /// Machine and arm travel the same path so many times as fast.
     pub speed: Option<f64>,
-    /// More mass on the tool (kg), negative for less of a stated payload.
+    /// More mass of the payloads, or on the tool where none is stated (kg); less where negative.
     pub payload_kg: Option<f64>,
     /// Joints by name that are off by a constant (rad or m).
     pub joints: Vec<(String, f64)>,
@@ -56,30 +57,63 @@ pub fn caveats(recorded: &Analysis, suppositions: &Suppositions) -> Vec<String> 
     let mut caveats = vec![
         word!("Everything else is as recorded: the path, the ground, the rocking of the platform. Nobody reacts.").to_string(),
         word!("A speed changes velocities by its factor and accelerations by its square, on the same path: times stay those of the log.").into(),
-        word!("Measured forces of actuators are not used, and sensors are not compared with each other.").into(),
+        word!("Sensors are not compared with each other.").into(),
     ];
     if let Some(fall) = first_fall(recorded) {
         let at_s = recorded.rows.seconds_at(fall.start_ns);
         caveats.insert(0, say!(
-            "The platform began to rotate about an edge at t = {at_s:.2} s. While it did, only what was recorded is known: whether the machine as supposed would have tipped then is open."
+            "The platform began to rotate about an edge at t = {at_s:.2} s. From there on the answers keep its motion from just before, and the joints move as recorded; rows and figures of B end there."
         ));
     }
     caveats.extend(level.or(sloped));
+    let machine = &recorded.machine;
+    caveats.extend(measured_forces(machine).map(|forces| say!(
+        "The measured forces of {forces} show how the load is shared in A. The answers keep what they showed; the rows, figures and curves of B do not use them, so that B - A is more there than the effect of what is supposed."
+    )));
+    let load = machine
+        .load_on_tool()
+        .filter(|_| machine.payloads().is_empty());
+    caveats.extend(suppositions.payload_kg.and(load).map(|load| {
+        let link = &machine.links()[load.link];
+        say!(
+            "The machine file states no payload: the supposed mass is more or less of link {}, which it states to weigh {} kg, at its centre of mass.",
+            link.name,
+            number(link.inertia.mass)
+        )
+    }));
     caveats
 }
 
-/// What was measured of the first rotation about an edge, where the supposed analysis has none: it knows loads alone.
+/// Whether each lift and tipping that was recorded would have happened as supposed, by the same evaluation as that of its
+/// counterfactuals.
 #[must_use]
-pub fn measured_fall(recorded: &Analysis, supposed: &Analysis) -> Option<String> {
-    let fall = first_fall(recorded).filter(|_| first_fall(supposed).is_none())?;
-    let at_s = recorded.rows.seconds_at(fall.start_ns);
-    let rotated = fall.rotation_rad.map_or(String::new(), |rotation_rad| {
-        say!(" by {:.0}°", rotation_rad.to_degrees())
-    });
-    Some(say!(
-        "As recorded, the platform rotated{rotated} about the {} edge from t = {at_s:.2} s; whether it would have as supposed is open",
-        edge_word(&fall.subject)
-    ))
+pub fn replies<'a>(
+    recorded: &'a Analysis,
+    supposed: &Analysis,
+    suppositions: &Suppositions,
+) -> Vec<(&'a Event, Reply)> {
+    let of_a = StandingRows::all(&recorded.machine, &recorded.rows, |_| None);
+    let of_b = StandingRows::all(&supposed.machine, &supposed.rows, |_| None);
+    let events = recorded.events.iter();
+    let asked = events.filter(|event| !event.counterfactuals.is_empty());
+    let reply = |event: &'a Event| {
+        let of_event = Question::about(&of_a, &recorded.rows, event, |question| {
+            let hypotheses = suppositions.hypotheses(recorded, question.base_rests());
+            let hypotheses = hypotheses.ok()?;
+            let machine = match suppositions.split {
+                None => Hypothesis::machine(&hypotheses, question.machine()).ok()?,
+                // the split is one of the machine file
+                Some(_) => {
+                    let row = supposed.rows.at(event.start_ns);
+                    let place = StandingRows::place_of(row, &supposed.rows)?;
+                    of_b.get(place)?.machine.measured_at_base()
+                }
+            };
+            Some(question.reply(&machine, &hypotheses))
+        });
+        Some((event, of_event??))
+    };
+    asked.filter_map(reply).collect()
 }
 
 /// The first rotation about an edge that gyro and attitude show.
@@ -122,66 +156,72 @@ impl Suppositions {
         all.join(", ")
     }
 
-    /// The machine file with what it states of the supposed payload and split.
-    fn file(&self, file: &MachineFile) -> Result<MachineFile> {
+    /// The machine file with the supposed split.
+    fn file(&self, file: &MachineFile) -> MachineFile {
         let mut supposed = file.clone();
-        let place = file.path.display();
         if let Some(split) = self.split {
             supposed.spec.contact.roll_moment_distribution = Some(split);
         }
-        let Some(more_kg) = self.payload_kg else {
-            return Ok(supposed);
-        };
-        let more = match supposed.spec.payload.first_mut() {
-            Some(payload) => match &mut payload.mass {
-                PayloadMass::Known(mass) if *mass + more_kg < 0.0 => bail!(
-                    "{place}: expected a payload that stays positive, found {mass} kg and {more_kg} kg more (--payload)"
-                ),
-                PayloadMass::Known(mass) if more_kg < 0.0 => {
-                    *mass += more_kg;
-                    return Ok(supposed);
-                }
-                PayloadMass::Known(_) => payload.clone(),
-                PayloadMass::Word(word) => bail!(
-                    "{place}: expected a payload of stated mass for --payload, found mass = \"{word}\""
-                ),
-                PayloadMass::Signal(mass) => bail!(
-                    "{place}: expected a payload of stated mass for --payload, found one from the signal {}",
-                    mass.signal.topic
-                ),
-            },
-            None if more_kg < 0.0 => bail!(
-                "{place}: expected a [[payload]] from which --payload {more_kg} takes, found none"
-            ),
-            None => {
-                let arm = file.spec.arm.as_ref();
-                let tool = arm.and_then(|arm| arm.tool.clone()).with_context(|| {
-                    format!(
-                        "{place}: expected [arm] tool or a [[payload]] for --payload, found neither"
-                    )
-                })?;
-                PayloadSpec {
-                    link: tool,
-                    mass: PayloadMass::Known(0.0),
-                    mass_sigma: None,
-                    com: [0.0; 3],
-                    inertia: [0.0; 6],
-                    from: None,
-                    to: None,
-                }
-            }
-        };
-        // With a begin it is no part of the reference: the limits stay those of the machine as recorded, also where it would
-        // not stand in its reference posture with so much more.
-        supposed.spec.payload.push(PayloadSpec {
-            mass: PayloadMass::Known(more_kg),
-            mass_sigma: Some(0.0),
-            inertia: [0.0; 6],
-            from: more.from.or(Some(0.0)),
-            ..more
-        });
-        Ok(supposed)
+        supposed
     }
+
+    /// What is supposed of the states and of the machine.
+    fn hypotheses(&self, recorded: &Analysis, base_rests: bool) -> Result<Vec<Hypothesis>> {
+        let joints = recorded.machine.joints();
+        let mut hypotheses = Vec::new();
+        for (name, offset) in &self.joints {
+            let joint = joints.iter().position(|joint| joint.name == *name);
+            let Some(joint) = joint else {
+                let known: Vec<&str> = joints.iter().map(|joint| joint.name.as_str()).collect();
+                bail!("--joint {name}: expected one of {}", known.join(", "));
+            };
+            hypotheses.push(Hypothesis::Joint(joint, *offset));
+        }
+        hypotheses.extend(self.speed.map(|times| match base_rests {
+            true => Hypothesis::ArmSpeed(times),
+            false => Hypothesis::Speed(times),
+        }));
+        if self.level {
+            let slope = GroundSlope::of(&recorded.machine, &recorded.rows).context(
+                "--slope-level: expected an attitude and a machine that is calm at some time, found no slope of the ground",
+            )?;
+            hypotheses.push(Hypothesis::Slope(slope, 0.0));
+        }
+        if let Some(more_kg) = self.payload_kg {
+            hypotheses.push(Hypothesis::Payload(more_kg));
+            Hypothesis::machine(&hypotheses, &recorded.machine)
+                .map_err(|why| anyhow!("--payload {more_kg}: {why}"))?;
+        }
+        Ok(hypotheses)
+    }
+}
+
+/// Whether the base of a machine rests in all that was recorded of its lifts and tippings, or in the whole log without any.
+fn base_rests(recorded: &Analysis) -> bool {
+    let standing = StandingRows::all(&recorded.machine, &recorded.rows, |_| None);
+    let rests = |event: &Event| {
+        Question::about(&standing, &recorded.rows, event, |question| {
+            question.base_rests()
+        })
+    };
+    let events = recorded.events.iter();
+    let asked = events.filter(|event| !event.counterfactuals.is_empty());
+    let asked: Vec<bool> = asked.filter_map(rests).collect();
+    if !asked.is_empty() {
+        return asked.into_iter().all(|rests| rests);
+    }
+    let (first_ns, wheel) = (
+        recorded.rows.times_ns.first(),
+        recorded.machine.wheels().first(),
+    );
+    let whole = first_ns.zip(wheel).and_then(|(&first_ns, wheel)| {
+        rests(&Event::blank(
+            EventKind::WheelLift,
+            first_ns,
+            wheel.name.to_lowercase(),
+        ))
+    });
+    whole.unwrap_or(false)
 }
 
 /// Analyses a log as recorded and as supposed.
@@ -203,35 +243,14 @@ pub fn suppose(
             gross.fix
         );
     }
-    let joints = recorded.machine.joints();
-    let mut hypotheses = Vec::new();
-    for (name, offset) in &suppositions.joints {
-        let joint = joints.iter().position(|joint| joint.name == *name);
-        let Some(joint) = joint else {
-            let known: Vec<&str> = joints.iter().map(|joint| joint.name.as_str()).collect();
-            bail!("--joint {name}: expected one of {}", known.join(", "));
-        };
-        hypotheses.push(Hypothesis::Joint(joint, *offset));
+    let hypotheses = suppositions.hypotheses(&recorded, base_rests(&recorded))?;
+    let is_level = |hypothesis: &Hypothesis| matches!(hypothesis, Hypothesis::Slope(ground, _) if ground.is_level());
+    if suppositions.is_only_level() && hypotheses.iter().any(is_level) {
+        // what happened on level ground is what was recorded, with all that was measured of it
+        let again = analyse(log, file, recorded.options, &mut |_| {})?;
+        return Ok([recorded, again]);
     }
-    hypotheses.extend(suppositions.speed.map(Hypothesis::Speed));
-    if suppositions.level {
-        let slope = GroundSlope::of(&recorded.machine, &recorded.rows).with_context(|| {
-            format!(
-                "{}: expected an attitude and a machine that is calm at some time for --slope-level, found no slope of the ground",
-                log.display()
-            )
-        })?;
-        match slope.is_level() {
-            // what happened on level ground is what was recorded, with all that was measured of it
-            true if suppositions.is_only_level() => {
-                let again = analyse(log, file, recorded.options, &mut |_| {})?;
-                return Ok([recorded, again]);
-            }
-            true => {}
-            false => hypotheses.push(Hypothesis::LevelGround(slope)),
-        }
-    }
-    let file = suppositions.file(file)?;
+    let file = suppositions.file(file);
     let supposed = analyse_supposing(log, &file, options, &hypotheses, &recorded)?;
     Ok([recorded, supposed])
 }

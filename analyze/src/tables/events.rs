@@ -54,6 +54,7 @@ pub fn events(events: &[Event]) -> Table {
             let mut answers = event.counterfactuals.iter();
             answers
                 .find(|answer| answer.supposed == supposed)?
+                .reply
                 .probability
         });
         let name = format!("probability_{}", supposed.name());

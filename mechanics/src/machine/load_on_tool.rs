@@ -69,6 +69,20 @@ impl Machine {
         machine
     }
 
+    /// This machine with so much more mass (kg), less where negative, where it carries a load on the tool. `None` without an
+    /// arm, and where less than nothing would remain.
+    #[must_use]
+    pub fn with_more_on_tool(&self, more: f64) -> Option<Self> {
+        let LoadOnTool { link, place, .. } = self.load_on_tool()?;
+        let mut machine = self.clone();
+        let inertia = &mut machine.links[link].inertia;
+        (inertia.mass, inertia.com) = (inertia.mass + more, place);
+        (inertia.mass >= 0.0).then(|| {
+            machine.gather();
+            machine
+        })
+    }
+
     /// This machine with the frame of the base as the frame of the tool wrench, so that a state can hold any wrench on the
     /// machine in base axes.
     #[must_use]

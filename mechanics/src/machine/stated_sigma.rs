@@ -60,3 +60,43 @@ pub(crate) fn stated_sigma(machine: &Machine, parameter: Parameter) -> f64 {
         Parameter::TyreStiffness(_) => spec.tyre_stiffness_share,
     }
 }
+
+impl Parameter {
+    /// The key of `[uncertainty]` in the machine file from which the standard deviation of a parameter is; `None` where it is
+    /// stated beside the parameter itself, or follows from the signals.
+    #[must_use]
+    pub fn uncertainty_key(self, machine: &Machine) -> Option<&'static str> {
+        Some(match self {
+            Self::JointPosition(joint) if machine.joints[joint].position_sigma.is_some() => {
+                return None;
+            }
+            Self::JointPosition(joint) if machine.joint_slides(joint) => "joint_offset_linear",
+            Self::JointPosition(_) => "joint_offset",
+            Self::SpecificForce(_) => "accelerometer_bias",
+            Self::AngularVelocity(_) => "gyro_bias",
+            Self::ToolForce(_) => "tool_force",
+            Self::ToolMoment(_) => "tool_moment",
+            Self::LinkInertia(link, _) if machine.links[link].inertia_sigma.is_none() => {
+                "inertia_share"
+            }
+            Self::LinkMass(link) if machine.links[link].sigma.mass_sigma.is_none() => "mass_share",
+            Self::LinkCom(link, _) if machine.links[link].sigma.com_sigma.is_none() => "com",
+            Self::PayloadMass(payload)
+                if !machine.payloads[payload].is_weighed()
+                    && machine.payloads[payload].mass_sigma.is_none() =>
+            {
+                "payload_mass_share"
+            }
+            Self::WheelPosition(..) => "wheel_position",
+            Self::WheelRadius(wheel) if machine.support(wheel).radius_sigma.is_none() => {
+                "wheel_radius"
+            }
+            Self::ArmPosition(_) => "arm_position",
+            Self::ImuPosition(_) => "imu_position",
+            Self::ImuRotation(_) => "imu_rotation",
+            Self::RollMomentDistribution => "roll_moment_distribution",
+            Self::TyreStiffness(_) => "tyre_stiffness_share",
+            _ => return None,
+        })
+    }
+}

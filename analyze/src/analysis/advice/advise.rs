@@ -4,13 +4,14 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 use tipwatch_language::{say, word};
+use tipwatch_mechanics::Parameter;
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::{Parameter, Quantity};
 
 use super::super::sensitivity::SensitivityTable;
 use super::super::standing_rows::StandingRows;
 use super::candidates::{Candidate, candidates};
 use super::change::Change;
+use super::counterfactual::sigma;
 use super::result::{Advice, BeforeAfter, RejectedChange, SimulatedChange, WheelMargins};
 use super::simulate::{Margins, as_logged, otf_by_rule};
 use super::solve::{Bounds, Solution, solve};
@@ -72,14 +73,7 @@ pub(crate) fn advise(
     }
     let logged = as_logged(&window);
     let bounds = bounds(machine, &logged, &limit);
-    let sigma = |wheel: usize| {
-        let row = window.rows[logged.otf[wheel].1];
-        known(
-            rows.window(row..row + 1)
-                .value(Quantity::OtfSigma(wheel), 0),
-        )
-    };
-    let sigmas: Vec<Option<f64>> = (0..machine.wheels().len()).map(sigma).collect();
+    let sigmas = sigmas(&window, &logged);
     let sure = bounds.with_margin(|wheel| AIMED_SIGMAS * sigmas[wheel].unwrap_or(0.0));
     let first_order = |parameter: Parameter| {
         let mut table = sensitivity.rows.iter();
@@ -105,7 +99,6 @@ pub(crate) fn advise(
                     window: &window,
                     bounds: &bounds,
                     logged: &logged,
-                    sigmas: &sigmas,
                     worst,
                 }
                 .change(candidate, solution),
@@ -192,8 +185,8 @@ fn assumptions(window: &Window) -> Vec<String> {
          with velocities times s and accelerations times s²")
             .into(),
         word!("Collisions, hydraulic limits and the work to be done are not considered").into(),
-        word!("Amounts bring the computed load above its limit by two standard deviations σ; where that is out of reach, to its limit, \
-         and then it is a coin's toss: each change states its chance")
+        word!("Amounts bring the computed load above its limit by two standard deviations σ; where that is out of reach or σ is not \
+         known, to its limit: then keeping it is about as likely as not")
             .into(),
     ];
     if window.held.iter().any(|held| *held) {
@@ -224,6 +217,19 @@ fn directed_name(machine: &Machine, candidate: &Candidate) -> String {
     }
 }
 
+/// Standard deviation of the smallest OTF of each wheel, by the states of the log at its time (N).
+fn sigmas(window: &Window, found: &Margins) -> Vec<Option<f64>> {
+    let wheels = 0..found.otf.len();
+    let of_wheel = |wheel: usize| {
+        let own: Vec<f64> = wheels
+            .clone()
+            .map(|other| f64::from(other == wheel))
+            .collect();
+        sigma(window, found.otf[wheel].1, &own)
+    };
+    wheels.clone().map(of_wheel).collect()
+}
+
 /// What the description of a change needs.
 struct Told<'a> {
     machine: &'a Machine,
@@ -231,8 +237,6 @@ struct Told<'a> {
     window: &'a Window,
     bounds: &'a Bounds,
     logged: &'a Margins,
-    /// Standard deviation of the smallest OTF as logged, by wheel (N).
-    sigmas: &'a [Option<f64>],
     worst: &'a LowestOtf,
 }
 
@@ -241,8 +245,7 @@ impl Told<'_> {
         let (machine, logged, found) = (self.machine, self.logged, &solution.margins);
         let (least_otf_n, place) = found.otf[self.worst.wheel];
         let row = self.window.rows[place];
-        let logged_row = self.rows.window(row..row + 1);
-        let sigma = logged_row.value(Quantity::OtfSigma(self.worst.wheel), 0);
+        let sigmas = sigmas(self.window, found);
         let sign = candidate.change.sign();
         let of_wheel = |(wheel, spec): (usize, &tipwatch_mechanics::machine::Wheel)| {
             let margins = WheelMargins {
@@ -270,9 +273,9 @@ impl Told<'_> {
             first_order: candidate.first_order.map(|amount| sign * amount),
             least_otf_n,
             least_otf_ns: self.rows.times_ns[row],
-            otf_sigma_n: known(sigma),
+            otf_sigma_n: sigmas[self.worst.wheel],
             residual_n: least_otf_n - self.worst.limit_n,
-            chance: self.chance(found),
+            chance: self.chance(found, &sigmas),
             wheels,
             zmp_margin_m: BeforeAfter {
                 before: logged.zmp.0,
@@ -288,9 +291,9 @@ impl Told<'_> {
 
     /// Probability that every wheel that was below its limit reaches it. Their errors are much the same, so that it is that
     /// of the least certain one.
-    fn chance(&self, found: &Margins) -> Option<f64> {
+    fn chance(&self, found: &Margins, sigmas: &[Option<f64>]) -> Option<f64> {
         let chances = self.bounds.targets.iter().map(|&wheel| {
-            let sigma_n = self.sigmas[wheel].filter(|sigma_n| *sigma_n > 0.0)?;
+            let sigma_n = sigmas[wheel].filter(|sigma_n| *sigma_n > 0.0)?;
             let spare_n = found.otf[wheel].0 - self.bounds.otf[wheel];
             Some(normal_distribution(spare_n / sigma_n))
         });

@@ -1,7 +1,7 @@
 //! The changes to try, with the largest amount of each that is within limits and the range seen in the log.
 
 use tipwatch_language::word;
-use tipwatch_mechanics::machine::{LinkGroup, Machine, Payload};
+use tipwatch_mechanics::machine::{Machine, Payload};
 use tipwatch_mechanics::{Parameter, State};
 
 use super::change::Change;
@@ -206,33 +206,11 @@ fn masses(machine: &Machine, seen: &Seen) -> Vec<Candidate> {
     if !of_payloads.is_empty() {
         return of_payloads;
     }
-    let end = end_of_arm(machine);
-    let links = machine.links().iter().enumerate();
-    links
-        .filter(|(_, link)| Some(link.body) == end && link.inertia.mass > 0.0)
-        .map(|(link, spec)| {
-            lighter(
-                Change::LessLinkMass(link),
-                spec.inertia.mass,
-                MOST_LINK_SHARE,
-            )
-        })
-        .collect()
-}
-
-/// The body of the arm with the most joints between it and the base, the heaviest of several: its mass is
-/// mostly tool and load.
-fn end_of_arm(machine: &Machine) -> Option<usize> {
-    let depth = |body: usize| {
-        let up = |&body: &usize| Some(machine.bodies()[body].parent).filter(|_| body > 0);
-        std::iter::successors(Some(body), up).count()
-    };
-    let of_arm = machine.links().iter().filter(|l| l.group == LinkGroup::Arm);
-    let mass = |body: usize| machine.bodies()[body].inertia.mass;
-    of_arm.map(|link| link.body).max_by(|&a, &b| {
-        let deeper = depth(a).cmp(&depth(b));
-        deeper.then(mass(a).total_cmp(&mass(b)))
-    })
+    let end = machine.load_on_tool().map(|load| load.link);
+    let mass = |link: &usize| machine.links()[*link].inertia.mass;
+    let end = end.filter(|link| mass(link) > 0.0);
+    let lighter_end = |link| lighter(Change::LessLinkMass(link), mass(&link), MOST_LINK_SHARE);
+    end.map(lighter_end).into_iter().collect()
 }
 
 fn widen(ranges: &mut [[f64; 2]], state: &State<f64>) {

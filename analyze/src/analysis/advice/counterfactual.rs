@@ -1,5 +1,5 @@
-//! Would it have happened on level ground, at half the speed, without the load, with the arm in? The rows of each event
-//! are evaluated again.
+//! Would it have happened on level ground, at half the speed, without the load, with the arm in, or otherwise? The rows of
+//! each event are evaluated again. This is the only place that answers it.
 
 use std::sync::Arc;
 
@@ -19,7 +19,7 @@ use super::window::Window;
 use crate::base::number::known;
 use crate::base::table::Table;
 use crate::events::{
-    Answer, Counterfactual, Event, EventKind, ShownBy, Supposition, factors_off,
+    Answer, Counterfactual, Event, EventKind, Reply, ShownBy, Supposition, factors_off,
     normal_distribution,
 };
 
@@ -71,10 +71,9 @@ pub(crate) fn ask_all(
     }
     let slope = GroundSlope::of(machine, rows);
     let answers = first.par_iter().map(|&place| {
-        let onset = rows.at(events[place].start_ns);
-        let on = standing.get(StandingRows::place_of(onset, rows)?)?;
-        let question = Question::of(on.machine, on.rows(), slope.clone(), &events[place])?;
-        Some((question.answers(), question.split_flips_at()))
+        Question::about(standing, rows, &events[place], |question| {
+            (question.answers(slope.as_ref()), question.split_flips_at())
+        })
     });
     let answers: Vec<Option<(Vec<Counterfactual>, Option<f64>)>> = answers.collect();
     for (place, answers) in first.into_iter().zip(answers) {
@@ -93,15 +92,17 @@ fn is_same(one: &Event, other: &Event) -> bool {
         && one.start_ns == other.start_ns
 }
 
-/// One event, and the rows that it is asked about.
-struct Question<'a> {
+/// One event, and the rows that it is asked about: whoever asks whether it would have happened otherwise is answered by these
+/// rows, these wheels and this limit.
+pub(crate) struct Question<'a> {
     rows: &'a Table,
     event: &'a Event,
     window: Window,
-    /// `None` where it is not known.
-    slope: Option<Arc<GroundSlope>>,
     /// By wheel, its weight in what reaches zero.
     factors: Vec<f64>,
+    recorded: Option<Chance>,
+    /// Whether the base neither drives nor rocks, so that a speed is that of the arm alone.
+    base_rests: bool,
 }
 
 /// How near the wheels of an event come to lifting.
@@ -115,12 +116,19 @@ struct Chance {
 }
 
 impl<'a> Question<'a> {
-    fn of(
-        machine: &Machine,
-        rows: &'a Table,
-        slope: Option<Arc<GroundSlope>>,
-        event: &'a Event,
-    ) -> Option<Self> {
+    /// Asks about an event of a log; `None` where it is not known on what the machine stood, or no row can be evaluated.
+    pub(crate) fn about<R>(
+        standing: &[StandingRows<'_>],
+        rows: &Table,
+        event: &Event,
+        ask: impl FnOnce(&Question<'_>) -> R,
+    ) -> Option<R> {
+        let onset = rows.at(event.start_ns);
+        let on = standing.get(StandingRows::place_of(onset, rows)?)?;
+        Some(ask(&Question::of(on.machine, on.rows(), event)?))
+    }
+
+    fn of(machine: &Machine, rows: &'a Table, event: &'a Event) -> Option<Self> {
         let last_ns = *rows.times_ns.last()?;
         let span_ns = [event.start_ns, event.end_ns.unwrap_or(last_ns)];
         let first = rows.at(span_ns[0].saturating_sub(BEFORE_NS));
@@ -139,95 +147,139 @@ impl<'a> Question<'a> {
             window = window.pick(&picked);
         }
         let factors = factors(&window, event)?;
-        Some(Self {
+        let mut question = Self {
             rows,
             event,
+            base_rests: base_rests(&window),
             window,
-            slope,
             factors,
-        })
+            recorded: None,
+        };
+        question.recorded = question.chance(&question.window);
+        Some(question)
     }
 
-    fn answers(&self) -> Vec<Counterfactual> {
-        let recorded = self.chance(&self.window);
-        let chance = recorded.as_ref().and_then(|recorded| recorded.probability);
+    /// The machine on the supports of the event, with its sensor at the base frame.
+    pub(crate) fn machine(&self) -> &Machine {
+        self.window.machine()
+    }
+
+    pub(crate) fn base_rests(&self) -> bool {
+        self.base_rests
+    }
+
+    /// So many times the speed of what moved in the event.
+    pub(crate) fn speed(&self, times: f64) -> Hypothesis {
+        match self.base_rests {
+            true => Hypothesis::ArmSpeed(times),
+            false => Hypothesis::Speed(times),
+        }
+    }
+
+    /// Whether the event would have happened to a machine under hypotheses.
+    pub(crate) fn reply(&self, machine: &Machine, hypotheses: &[Hypothesis]) -> Reply {
+        let window = self
+            .window
+            .supposing(machine, hypotheses, &self.rows.times_ns);
+        let Some(chance) = self.chance(&window) else {
+            let needs = |is: fn(&Hypothesis) -> bool| hypotheses.iter().any(is);
+            return self.open(if needs(|it| matches!(it, Hypothesis::Slope(..))) {
+                word!("the attitude of the platform is not known")
+            } else if needs(|it| matches!(it, Hypothesis::Speed(_))) {
+                word!("the speed of the platform is not known")
+            } else {
+                word!("the loads cannot be computed")
+            });
+        };
+        let mut reply = Reply {
+            otf_n: Some(chance.otf_n),
+            ..self.unanswered()
+        };
         // what the stated machine does not do as recorded, it tells nothing about otherwise: a load that nobody stated
         // would have tipped it at half the speed, too
-        let is_shown =
-            Answer::of(chance) != Answer::No && self.event.shown_by != Some(ShownBy::Rotation);
-        let all = Supposition::ALL.iter();
-        let answers = all.filter_map(|&supposed| {
-            let mut answer = self.answer(supposed, recorded.as_ref())?;
-            if !is_shown {
-                answer.answer = Answer::Open;
-                (answer.probability, answer.sigma_n) = (None, None);
-                answer.why_not = Some(word!(
-                    "evaluated as recorded, the machine as stated does not show it either"
-                ));
-            }
-            Some(answer)
-        });
-        answers.collect()
+        if Answer::of(reply.recorded_probability) == Answer::No
+            || self.event.shown_by == Some(ShownBy::Rotation)
+        {
+            reply.why_not = Some(word!(
+                "evaluated as recorded, the machine as stated does not show it either"
+            ));
+            return reply;
+        }
+        (reply.sigma_n, reply.probability) = (chance.sigma_n, chance.probability);
+        reply.answer = Answer::of(reply.probability);
+        if reply.probability.is_none() {
+            reply.why_not = Some(word!("the uncertainty of the loads cannot be computed"));
+        }
+        reply
     }
 
-    /// `None` where the supposition is what was recorded.
-    fn answer(&self, supposed: Supposition, recorded: Option<&Chance>) -> Option<Counterfactual> {
-        let mut answer = Counterfactual {
-            supposed,
-            answer: Answer::Open,
-            probability: None,
+    fn open(&self, why_not: &'static str) -> Reply {
+        Reply {
+            why_not: Some(why_not),
+            ..self.unanswered()
+        }
+    }
+
+    /// What is known before anything is supposed.
+    fn unanswered(&self) -> Reply {
+        let recorded = self.recorded.as_ref();
+        let time_ns =
+            |row: Option<&usize>| row.map_or(self.event.start_ns, |&row| self.rows.times_ns[row]);
+        Reply {
             recorded_otf_n: recorded.and_then(|it| known(it.otf_n)),
             recorded_sigma_n: recorded.and_then(|it| it.sigma_n),
             recorded_probability: recorded.and_then(|it| it.probability),
-            otf_n: None,
-            sigma_n: None,
-            posture_ns: None,
-            why_not: None,
-        };
+            from_ns: time_ns(self.window.rows.first()),
+            to_ns: time_ns(self.window.rows.last()),
+            ..Reply::default()
+        }
+    }
+
+    fn answers(&self, slope: Option<&Arc<GroundSlope>>) -> Vec<Counterfactual> {
+        let all = Supposition::ALL.iter();
+        all.filter_map(|&supposed| self.answer(supposed, slope))
+            .collect()
+    }
+
+    /// `None` where the supposition is what was recorded.
+    fn answer(
+        &self,
+        supposed: Supposition,
+        slope: Option<&Arc<GroundSlope>>,
+    ) -> Option<Counterfactual> {
+        let mut posture_ns = None;
         let hypothesis = match supposed {
-            Supposition::LevelGround => match &self.slope {
-                Some(slope) => Hypothesis::LevelGround(Arc::clone(slope)),
-                None => {
-                    answer.why_not = Some(word!(
-                        "the slope of the ground is not known: the log has no attitude, or the machine was never calm"
-                    ));
-                    return Some(answer);
-                }
-            },
-            Supposition::HalfSpeed => match base_rests(&self.window) {
-                true => Hypothesis::ArmSpeed(0.5),
-                false => Hypothesis::Speed(0.5),
-            },
-            Supposition::WithoutLoad if self.carries() => Hypothesis::WithoutLoad,
+            Supposition::LevelGround => {
+                slope.map(|slope| Hypothesis::Slope(Arc::clone(slope), 0.0))
+            }
+            Supposition::HalfSpeed => Some(self.speed(0.5)),
+            Supposition::WithoutLoad if self.carries() => Some(Hypothesis::WithoutLoad),
             Supposition::WithoutLoad => return None,
             Supposition::ArmIn => {
-                let (positions, posture_ns) = self.steadiest()?;
-                answer.posture_ns = posture_ns;
-                Hypothesis::ArmAt(positions)
+                let (positions, at_ns) = self.steadiest()?;
+                posture_ns = at_ns;
+                Some(Hypothesis::ArmAt(positions))
             }
         };
-        let window = self.window.supposing(&hypothesis, &self.rows.times_ns);
-        let Some(chance) = self.chance(&window) else {
-            answer.why_not = Some(match hypothesis {
-                Hypothesis::LevelGround(_) => word!("the attitude of the platform is not known"),
-                Hypothesis::Speed(_) => word!("the speed of the platform is not known"),
-                _ => word!("the loads cannot be computed"),
-            });
-            return Some(answer);
+        let reply = match hypothesis {
+            Some(hypothesis) => self.reply(self.machine(), &[hypothesis]),
+            None => self.open(word!(
+                "the slope of the ground is not known: the log has no attitude, or the machine was never calm"
+            )),
         };
-        answer.otf_n = Some(chance.otf_n);
-        (answer.sigma_n, answer.probability) = (chance.sigma_n, chance.probability);
-        answer.answer = Answer::of(answer.probability);
-        if answer.probability.is_none() {
-            answer.why_not = Some(word!("the uncertainty of the loads cannot be computed"));
-        }
-        Some(answer)
+        Some(Counterfactual {
+            supposed,
+            posture_ns,
+            reply,
+        })
     }
 
     /// How near the wheels of the event come to lifting in a window, and how probable it is that they do.
     fn chance(&self, window: &Window) -> Option<Chance> {
         let (otf_n, place) = least_sum(window, &self.factors)?;
-        let sigma_n = sigma(window, place, &self.factors);
+        // a machine that would have tipped from the first row on has no derivatives: as recorded it had
+        let sigma_n = sigma(window, place, &self.factors)
+            .or_else(|| sigma(&self.window, place, &self.factors));
         Some(Chance {
             otf_n,
             sigma_n,
@@ -341,18 +393,20 @@ impl<'a> Question<'a> {
 }
 
 impl Window {
-    /// The same rows under a hypothesis; the times are those of the log's rows (ns).
-    fn supposing(&self, hypothesis: &Hypothesis, times_ns: &[i64]) -> Self {
-        let mut supposed = Supposed::new(self.machine());
-        let mut states = StateColumns::unknown(self.machine(), self.rows.len());
-        let mut state = State::zero(self.machine());
+    /// The same rows of a machine under hypotheses; the times are those of the log's rows (ns).
+    fn supposing(&self, machine: &Machine, hypotheses: &[Hypothesis], times_ns: &[i64]) -> Self {
+        let mut supposed = Supposed::new(machine);
+        let mut states = StateColumns::unknown(machine, self.rows.len());
+        let mut state = State::zero(machine);
         for place in 0..self.rows.len() {
             self.states.get(place, &mut state);
-            supposed.apply(hypothesis, times_ns[self.rows[place]], &mut state);
+            for hypothesis in hypotheses {
+                supposed.apply(hypothesis, times_ns[self.rows[place]], &mut state);
+            }
             states.set(place, &mut state);
         }
         Self {
-            evaluator: Arc::clone(&self.evaluator),
+            evaluator: Arc::new(Self::evaluator(machine)),
             states,
             rows: self.rows.clone(),
             measured_split: self.measured_split.clone(),
@@ -381,7 +435,7 @@ fn factors(window: &Window, event: &Event) -> Option<Vec<f64>> {
 
 /// Standard deviation of the weighted sum in a row of a window (N). There are no derivatives while a machine tips: it is then
 /// that of the last row before.
-fn sigma(window: &Window, place: usize, factors: &[f64]) -> Option<f64> {
+pub(super) fn sigma(window: &Window, place: usize, factors: &[f64]) -> Option<f64> {
     let machine = window.machine();
     let mut workspace = Workspace::with_scope(machine, Scope::LOADS_AND_DERIVATIVES);
     let mut state = State::zero(machine);

@@ -6,8 +6,9 @@ use std::fmt;
 use std::sync::Arc;
 
 use nalgebra::{Rotation3, Vector3};
-use tipwatch_mechanics::machine::{JointCoupling, LinkGroup, Machine};
-use tipwatch_mechanics::{Placement, State};
+use tipwatch_language::word;
+use tipwatch_mechanics::machine::{JointCoupling, LinkGroup, Machine, Payload};
+use tipwatch_mechanics::{Parameter, Placement, State};
 
 use super::change::{slow_joints, slow_manoeuvre};
 use super::ground_slope::{GroundSlope, Slope};
@@ -15,18 +16,68 @@ use super::ground_slope::{GroundSlope, Slope};
 /// What is supposed instead of what was recorded.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Hypothesis {
-    /// The ground has no slope; the platform rocks on it as recorded.
-    LevelGround(Arc<GroundSlope>),
+    /// The ground slopes so many times as much, 0 of level ground; the platform rocks on it as recorded.
+    Slope(Arc<GroundSlope>, f64),
     /// Machine and joints travel the same path so many times as fast.
     Speed(f64),
     /// The joints do, and the base rests as recorded.
     ArmSpeed(f64),
+    /// More mass of the payloads, in proportion, or on the tool where none is stated; less where negative (kg).
+    Payload(f64),
     /// No payload, and no force on the tool.
     WithoutLoad,
     /// The joints of the arm rest at these positions (rad or m).
     ArmAt(Vec<f64>),
     /// A joint is off by a constant (rad or m).
     Joint(usize, f64),
+}
+
+impl Hypothesis {
+    /// The machine under hypotheses.
+    ///
+    /// # Errors
+    /// Why it cannot carry what is supposed.
+    pub(crate) fn machine(all: &[Self], machine: &Machine) -> Result<Machine, &'static str> {
+        let loads = all.iter().filter_map(|hypothesis| match hypothesis {
+            Self::Payload(more_kg) => Some(*more_kg),
+            _ => None,
+        });
+        let mut found = machine.clone();
+        for more_kg in loads {
+            found = laden(&found, more_kg)?;
+        }
+        Ok(found)
+    }
+}
+
+/// The machine with more or less load (kg).
+fn laden(machine: &Machine, more_kg: f64) -> Result<Machine, &'static str> {
+    let payloads = machine.payloads();
+    if payloads.iter().any(|payload| payload.is_by_row) {
+        return Err(word!(
+            "the mass of the payload changes from row to row, as signals tell it"
+        ));
+    }
+    let stated_kg: f64 = payloads.iter().map(|payload| payload.inertia.mass).sum();
+    if stated_kg > 0.0 {
+        if stated_kg + more_kg < 0.0 {
+            return Err(word!("the payload weighs less than is taken from it"));
+        }
+        let of = |(payload, spec): (usize, &Payload)| {
+            let share = spec.inertia.mass / stated_kg;
+            (Parameter::PayloadMass(payload), share * more_kg)
+        };
+        let changes: Vec<_> = payloads.iter().enumerate().map(of).collect();
+        return Ok(machine.changed(&changes));
+    }
+    if machine.load_on_tool().is_none() {
+        return Err(word!(
+            "the machine file states no payload and no arm that carries one"
+        ));
+    }
+    (machine.with_more_on_tool(more_kg)).ok_or(word!(
+        "the machine file states no payload, and the link at the end of the arm weighs less than is taken from it"
+    ))
 }
 
 /// Applies hypotheses to states of a machine.
@@ -58,7 +109,7 @@ impl<'m> Supposed<'m> {
     /// Changes the state at a time (ns). What is not known of it makes what follows from it unknown.
     pub(crate) fn apply(&mut self, hypothesis: &Hypothesis, time_ns: i64, state: &mut State<f64>) {
         match hypothesis {
-            Hypothesis::LevelGround(slope) => self.level(&slope.at(time_ns), state),
+            Hypothesis::Slope(ground, times) => self.slope(&ground.at(time_ns), *times, state),
             Hypothesis::Speed(times) => slow_manoeuvre(*times, state),
             Hypothesis::ArmSpeed(times) => slow_joints(*times, state),
             Hypothesis::WithoutLoad => {
@@ -74,19 +125,22 @@ impl<'m> Supposed<'m> {
                     (joint.position, joint.rate, joint.acceleration) = (position, 0.0, 0.0);
                 }
             }
+            // the machine is another one
+            Hypothesis::Payload(_) => {}
             Hypothesis::Joint(joint, offset) => state.joints[*joint].position += offset,
         }
     }
 
-    /// Turns gravity back by the tilt of the ground; the acceleration of the base and how its platform rocks stay. With the
-    /// normal n of the plane through the contacts and the rotation R that takes up on the slope to up on level ground:
+    /// Turns gravity back by the tilt of the ground, or by what it tilts less with k times the slope; the acceleration of the
+    /// base and how its platform rocks stay. With the normal n of the plane through the contacts and the rotation R that takes
+    /// up on the slope to up on the other one:
     /// ```text
-    ///     R (n - tilt x n) = n,      up' = R up,      f' = f + g (up' - up),      var f' = var f + (g sigma)^2
+    ///     R (n - (1 - k) tilt x n) = n,      up' = R up,      f' = f + g (up' - up),      var f' = var f + (g (1 - k) sigma)^2
     /// ```
     /// Where the ground cannot be told from level ground, nothing is turned, and how far it may slope all the same remains.
-    fn level(&mut self, slope: &Slope, state: &mut State<f64>) {
-        let share = slope.share();
-        let by_slope = slope.sigma_rad * self.machine.gravity();
+    fn slope(&mut self, slope: &Slope, times: f64, state: &mut State<f64>) {
+        let share = slope.share() * (1.0 - times);
+        let by_slope = (1.0 - times) * slope.sigma_rad * self.machine.gravity();
         state.noise.specific_force += by_slope * by_slope;
         if share == 0.0 {
             // as recorded, as far as the attitude is known

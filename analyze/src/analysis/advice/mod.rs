@@ -16,7 +16,7 @@ mod window;
 
 pub(crate) use advise::advise;
 pub use change::Change;
-pub(crate) use counterfactual::ask_all;
+pub(crate) use counterfactual::{Question, ask_all};
 pub(crate) use ground_slope::GroundSlope;
 pub(crate) use hypothesis::Hypothesis;
 pub use result::{Advice, BeforeAfter, RejectedChange, SimulatedChange, WheelMargins};

@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use anyhow::Result;
+use anyhow::{Error, Result};
 use tipwatch_language::say;
 use tipwatch_mechanics::machine::Machine;
 
-use super::super::advice::SupposedStates;
+use super::super::advice::{Hypothesis, SupposedStates};
 use super::super::payload::{self, EstimatedPayload};
 use super::super::supports;
 use super::super::task::Task;
@@ -53,7 +53,8 @@ impl PreparedMachine {
             loaded.notes.push(note);
         }
         if let Some((hypotheses, _)) = task.supposed {
-            let machine = loaded.machine.measured_at_base();
+            let machine = Hypothesis::machine(hypotheses, &loaded.machine.measured_at_base())
+                .map_err(Error::msg)?;
             let recorded_by = std::mem::replace(&mut loaded.machine, machine);
             let times = (rows.times_ns.clone(), rows.first);
             rows.look_through(|recorded| -> Arc<dyn StateSource> {

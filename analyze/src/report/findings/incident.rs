@@ -50,6 +50,13 @@ impl<'a> Incident<'a> {
         }
     }
 
+    /// The gravest event of which it was asked whether it would have happened otherwise.
+    pub(in crate::report) fn asked(&self) -> Option<&'a Event> {
+        let events = self.events.iter().copied();
+        let asked = events.filter(|event| !event.counterfactuals.is_empty());
+        asked.min_by_key(|event| rank(event.kind))
+    }
+
     pub(in crate::report) fn start_ns(&self) -> i64 {
         self.events.first().map_or(i64::MIN, |event| event.start_ns)
     }

@@ -7,7 +7,7 @@ use super::headline::{enumerated, is_undecided};
 use super::scene::Scene;
 use crate::events::support_words::edge_word;
 use crate::events::{
-    Answer, Counterfactual, Event, EventCauses, EventKind, MeasuredRotation, ShownBy, Supposition,
+    Counterfactual, Event, EventCauses, EventKind, MeasuredRotation, ShownBy, Supposition,
 };
 use crate::page::{input_in_words, number, percent, probability, readable, short, with_unit};
 use crate::report::faults;
@@ -270,10 +270,17 @@ impl Scene {
     /// Whether it would have happened otherwise.
     fn otherwise(&self, event: &Event) -> Option<String> {
         let answered: Vec<String> = (event.counterfactuals.iter())
-            .filter_map(|answer| Some(format!("{}: {}", self.supposed(answer), answered(answer)?)))
+            .filter_map(|answer| {
+                Some(format!(
+                    "{}: {}",
+                    self.supposed(answer),
+                    answer.reply.in_words()?
+                ))
+            })
             .collect();
         // beside answers, the probability as recorded that the same evaluation gives
-        let recorded = event.counterfactuals.first().and_then(as_recorded);
+        let recorded = event.counterfactuals.first();
+        let recorded = recorded.and_then(|answer| answer.reply.recorded_in_words());
         let recorded = recorded.filter(|_| !answered.is_empty());
         let recorded = recorded.map(|chance| say!("as recorded, by the same evaluation: {chance}"));
         let open = self.unanswered(&event.counterfactuals).into_iter();
@@ -291,8 +298,13 @@ impl Scene {
         answers: &[Counterfactual],
     ) -> Vec<(String, &'static str)> {
         let mut reasons: Vec<(Vec<String>, &'static str)> = Vec::new();
-        for answer in answers.iter().filter(|answer| answer.probability.is_none()) {
-            let why = told(answer.why_not.unwrap_or(message!("the reason is unknown")));
+        for answer in answers.iter().filter(|it| it.reply.probability.is_none()) {
+            let why = told(
+                answer
+                    .reply
+                    .why_not
+                    .unwrap_or(message!("the reason is unknown")),
+            );
             match reasons.iter_mut().find(|(_, other)| *other == why) {
                 Some((suppositions, _)) => suppositions.push(self.supposed(answer)),
                 None => reasons.push((vec![self.supposed(answer)], why)),
@@ -325,30 +337,6 @@ impl Scene {
             .map_or(String::new(), |limit| say!(", limit {} N", number(limit)));
         format!(" ({}{limit})", wheel.share(event.worst))
     }
-}
-
-/// An answer with what it rests on; `None` if it is open for want of a probability.
-fn answered(answer: &Counterfactual) -> Option<String> {
-    let chance = probability(answer.probability?);
-    let otf = say!(
-        "minimum OTF {} ± {} N",
-        number(answer.otf_n?),
-        number(2.0 * answer.sigma_n?)
-    );
-    Some(match answer.answer {
-        Answer::Open => say!("open, {chance} ({otf})"),
-        answer => format!("{} ({otf})", readable(answer.name())),
-    })
-}
-
-/// The probability as recorded by the evaluation of the answers, and what it rests on.
-fn as_recorded(answer: &Counterfactual) -> Option<String> {
-    Some(say!(
-        "{} (minimum OTF {} ± {} N)",
-        probability(answer.recorded_probability?),
-        number(answer.recorded_otf_n?),
-        number(2.0 * answer.recorded_sigma_n?)
-    ))
 }
 
 /// Inputs in words.
@@ -406,6 +394,7 @@ mod tests {
 
     use super::*;
     use crate::events::CauseShare;
+    use crate::events::Reply;
     use crate::events::support_words::SupportWord;
     use crate::report::deciding::Deciding;
     use crate::report::findings::scene::{InputFacts, WheelFacts};
@@ -509,22 +498,22 @@ mod tests {
     fn a_reason_without_an_answer_is_told_once() {
         let answer = |supposed, why_not| Counterfactual {
             supposed,
-            answer: Answer::Open,
-            probability: None,
-            recorded_otf_n: None,
-            recorded_sigma_n: None,
-            recorded_probability: None,
-            otf_n: Some(400.0),
-            sigma_n: None,
             posture_ns: None,
-            why_not: Some(why_not),
+            reply: Reply {
+                otf_n: Some(400.0),
+                why_not: Some(why_not),
+                ..Reply::default()
+            },
         };
         let answers = [
             answer(Supposition::LevelGround, "a"),
             answer(Supposition::HalfSpeed, "b"),
             answer(Supposition::WithoutLoad, "a"),
             Counterfactual {
-                probability: Some(0.5),
+                reply: Reply {
+                    probability: Some(0.5),
+                    ..Reply::default()
+                },
                 ..answer(Supposition::ArmIn, "a")
             },
         ];

@@ -40,13 +40,8 @@ pub(super) fn answers(
         (word!("How sure is this?"), certainty(analysis, incidents)),
     ];
     // without it the loads and causes of a fall that the stated machine does not explain read as facts
-    if !analysis.falls_are_as_stated() {
-        let explained = unstated_load::findings(analysis).into_iter();
-        all.extend(explained.map(|it| {
-            let question = word!("What explains the fall?");
-            (question, format!("{}.", it.headline))
-        }));
-    }
+    let explained = unstated_load::explained(analysis);
+    all.extend(explained.map(|text| (word!("What explains the fall?"), text)));
     all.extend(
         hangs_on(analysis, incidents).map(|text| (word!("On what does it hang most?"), text)),
     );
@@ -439,8 +434,12 @@ fn hangs_on(analysis: &Analysis, incidents: &[Incident<'_>]) -> Option<String> {
         _ => "",
     };
     Some(say!(
-        "{measured}{begin}, known to ± {}: that alone moves the load of {named} by ± {} N{shift}.{next}{ground}",
+        "{measured}{begin}, known to ± {}{}: that alone moves the load of {named} by ± {} N{shift}.{next}{ground}",
         amount(two_sigma, first.parameter.unit(machine)),
+        match explanations::is_by_default(analysis, first.parameter) {
+            true => word!(" (by default: the machine file does not say how well)"),
+            false => "",
+        },
         number(change_n)
     ))
 }

@@ -8,13 +8,13 @@ mod witness;
 use maud::{Markup, html};
 use tipwatch_language::{say, told, word};
 
-use super::findings::{BANDS, Incident, Scene, incidents, rank};
+use super::findings::{BANDS, Incident, Scene, incidents};
 use super::when::Calendar;
 use super::{machine_view, prevention, unstated_load};
 use crate::analysis::Analysis;
 use crate::base::file_hash::FileHash;
 use crate::events::support_words::SupportWord;
-use crate::events::{Answer, Event, EventCauses};
+use crate::events::{Answer, EventCauses};
 use crate::page::{facts, number, probability, readable, table, whole};
 
 /// A chance of the same event by another evaluation, from which a reader must know that it is another.
@@ -122,9 +122,7 @@ fn causes(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
 
 /// Whether it would have happened otherwise: yes, no or open, with its probability.
 fn otherwise(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
-    let asked = |event: &&&Event| !event.counterfactuals.is_empty();
-    let events = incident.events.iter().filter(asked);
-    let Some(event) = events.min_by_key(|event| rank(event.kind)) else {
+    let Some(event) = incident.asked() else {
         let onset = analysis.rows.at(incident.gravest().start_ns);
         return match analysis.rows.machine_at(onset) {
             None => html! { div {
@@ -136,10 +134,10 @@ fn otherwise(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
     };
     let scene = Scene::of(analysis);
     let rows = event.counterfactuals.iter().filter_map(|answer| {
-        let chance = probability(answer.probability?);
+        let chance = probability(answer.reply.probability?);
         Some(vec![
             html! { (scene.supposed(answer)) },
-            html! { (readable(answer.answer.name())) },
+            html! { (readable(answer.reply.answer.name())) },
             whole(chance),
         ])
     });
@@ -148,7 +146,7 @@ fn otherwise(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
     let mut hint = None;
     // two probabilities are an effect only beside that of the same evaluation
     if !rows.is_empty()
-        && let Some(recorded) = answers.find_map(|answer| answer.recorded_probability)
+        && let Some(recorded) = answers.find_map(|answer| answer.reply.recorded_probability)
     {
         let answer = Answer::of(Some(recorded));
         let differs = |certainty: f64| (certainty - recorded).abs() > DIFFERS;
