@@ -87,13 +87,13 @@ impl Producer {
         Ok(slowest.map(|next| sent.saturating_sub(next)))
     }
 
-    /// Whether a reader, which may be gone since, has taken all samples.
+    /// How many readers, which may be gone since, have taken all samples.
     ///
     /// # Errors
     /// The shared memory fails.
-    pub fn was_read(&mut self) -> Result<bool> {
+    pub fn read_by(&mut self) -> Result<usize> {
         let sent = self.samples.sequence();
         self.progress.update(sent)?;
-        Ok(self.progress.has_reached(sent))
+        Ok(self.progress.that_reached(sent))
     }
 }

@@ -53,10 +53,11 @@ impl ReaderProgress {
         Ok(())
     }
 
-    /// Whether a reader, which may be gone since, has taken all samples before this sequence number.
+    /// How many readers, which may be gone since, have taken all samples before this sequence number.
     #[must_use]
-    pub fn has_reached(&self, sequence: u64) -> bool {
-        self.next.values().any(|next| *next >= sequence)
+    pub fn that_reached(&self, sequence: u64) -> usize {
+        let reached = self.next.values().filter(|next| **next >= sequence);
+        reached.count()
     }
 
     /// The lowest sequence number that a reader expects next: `None` if one has not reported yet, `sent` if

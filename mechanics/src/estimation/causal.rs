@@ -36,7 +36,7 @@ pub struct CausalEstimator {
     /// By sensor, in their order; a repeat is no sample.
     repeats: Vec<(Sensor, Repeats)>,
     is_repeat: bool,
-    /// Sees every sample as it was measured, those that are implausible or not later, too.
+    /// Sees every sample that is no repeat as it was measured, those that are implausible or not later, too.
     rotation: PlatformRotation,
     /// `None` for a machine that is always on the same supports.
     supports: Option<SupportWatch>,
@@ -79,7 +79,8 @@ impl CausalEstimator {
             ),
             repeats: (sensors.iter())
                 .filter_map(|sensor| {
-                    let assumed_ns = matches!(sensor, Sensor::Joints(_)).then_some(max_gap_ns);
+                    let is_of_joints = matches!(sensor, Sensor::Joints(_));
+                    let assumed_ns = if is_of_joints { max_gap_ns } else { 0 };
                     let values = sensors.value_count(sensor)?;
                     Some((sensor, Repeats::new(values, assumed_ns)))
                 })
@@ -285,9 +286,10 @@ impl CausalEstimator {
         sample: &Sample<'_>,
         row: &mut dyn FnMut(&Estimate),
     ) -> Result<(), SampleError> {
-        let of_sensor = (self.repeats.iter_mut()).find(|(sensor, _)| *sensor == sample.sensor);
+        let of_sensor = (self.repeats.iter_mut()).position(|(sensor, _)| *sensor == sample.sensor);
+        let repeats = of_sensor.map(|place| &mut self.repeats[place].1);
         self.is_repeat =
-            of_sensor.is_some_and(|(_, repeats)| repeats.take(sample.stamp_ns, sample.values));
+            repeats.is_some_and(|repeats| repeats.take(sample.stamp_ns, sample.values));
         let result = match self.is_repeat {
             true => {
                 self.plausibility.forget_findings();
@@ -295,6 +297,10 @@ impl CausalEstimator {
             }
             false => self.take(machine, sample),
         };
+        if let Some(place) = of_sensor {
+            let is_sound = result == Ok(Credible(true));
+            self.repeats[place].1.judge(is_sound);
+        }
         let counts = self.counts.iter_mut().filter(|_| !self.is_repeat);
         if let Some((_, counts)) = counts
             .into_iter()

@@ -233,7 +233,8 @@ impl Changes {
 
     /// Whether two stamps are those of two samples in a row.
     fn is_close(&self, before_ns: i64, stamp_ns: i64) -> bool {
-        2 * stamp_ns.saturating_sub(before_ns) < 3 * self.interval_ns
+        let apart_ns = stamp_ns.saturating_sub(before_ns);
+        apart_ns.saturating_mul(2) < self.interval_ns.saturating_mul(3)
     }
 
     /// Whether the values change from sample to sample.
@@ -252,7 +253,7 @@ impl Changes {
             let apart = near.map(|near| near.stamp_ns.abs_diff(change.stamp_ns));
             match apart.min() {
                 Some(0) => both += 1,
-                Some(apart_ns) if 2 * apart_ns <= period_ns.unsigned_abs() => alone += 1,
+                Some(apart_ns) if apart_ns <= period_ns.unsigned_abs() / 2 => alone += 1,
                 _ => {}
             }
         }
@@ -333,18 +334,22 @@ pub(super) struct Repeats {
     /// Room for the times between the changes.
     apart: Vec<f64>,
     last_ns: Option<i64>,
+    /// How long a value is taken as held until the changes tell (ns); zero if not at all.
+    assumed_ns: i64,
     /// The time between two measurements; `None` if the values are not held, or too long to tell.
     period_ns: Option<i64>,
-    /// When the sensor measures again.
-    due_ns: i64,
+    /// When the last sample was taken (ns).
+    taken_ns: i64,
     /// Whether too few changes came to tell.
     is_open: bool,
+    /// Whether what was taken last was sound: what repeats a fault is one.
+    is_sound: bool,
 }
 
 impl Repeats {
-    /// Before the first sample, which has so many values. Until the changes tell, values are taken as held for `assumed_ns`: a step
-    /// is one of the whole time since then, or of one sample.
-    pub(super) fn new(values: usize, assumed_ns: Option<i64>) -> Self {
+    /// Before the first sample, which has so many values. Until the changes tell, values are taken as held for less than `assumed_ns`:
+    /// a step is one of the whole time since then, or of one sample.
+    pub(super) fn new(values: usize, assumed_ns: i64) -> Self {
         let places: Vec<usize> = (0..values).collect();
         let mut changes = Changes::new(0, &places);
         changes.last.reserve_exact(values);
@@ -353,10 +358,17 @@ impl Repeats {
             changes,
             apart: Vec::with_capacity(REMEMBERED),
             last_ns: None,
-            period_ns: assumed_ns,
-            due_ns: i64::MIN,
+            assumed_ns,
+            period_ns: None,
+            taken_ns: i64::MIN,
             is_open: true,
+            is_sound: true,
         }
+    }
+
+    /// Takes whether the sample that was taken last was sound.
+    pub(super) fn judge(&mut self, is_sound: bool) {
+        self.is_sound = is_sound;
     }
 
     /// Whether the next sample is a repeat. One that is not later than the one before is none: it is wrong otherwise.
@@ -386,13 +398,19 @@ impl Repeats {
             if !self.is_open {
                 self.period_ns = period_ns;
             }
-        } else if self.period_ns.is_some()
-            && stamp_ns < self.due_ns.saturating_sub(self.changes.interval_ns / 2)
-        {
-            return true;
+        } else if self.is_sound {
+            let interval_ns = self.changes.interval_ns;
+            let held_ns = match self.is_open {
+                // the next one, late as it may be, must not come after a gap
+                true => (self.assumed_ns).saturating_sub(interval_ns.saturating_mul(2)),
+                false => self.period_ns.unwrap_or(0).saturating_sub(interval_ns / 2),
+            };
+            if stamp_ns.saturating_sub(self.taken_ns) < held_ns {
+                return true;
+            }
         }
         // a value that stays was measured again
-        self.due_ns = stamp_ns.saturating_add(self.period_ns.unwrap_or(0));
+        self.taken_ns = stamp_ns;
         false
     }
 }
@@ -521,7 +539,7 @@ mod tests {
 
     /// The samples of 20 s at 100 Hz that are taken sample by sample, where values are taken as held for 250 ms at first.
     fn taken(value: impl Fn(f64) -> f64) -> Vec<usize> {
-        let mut repeats = Repeats::new(1, Some(250 * MS));
+        let mut repeats = Repeats::new(1, 250 * MS);
         let mut is_taken =
             |k: &usize| !repeats.take(*k as i64 * 10 * MS, &[value(*k as f64 * 0.01)]);
         (0..2000).filter(|k| is_taken(k)).collect()
@@ -556,7 +574,7 @@ mod tests {
         // one that rests was measured again, one that begins to move is
         let begins = taken(|at_s| swing((at_s - 10.0).max(0.0)));
         let at_rest = begins.partition_point(|&k| k <= 1000);
-        assert_eq!((at_rest, begins.len() - at_rest), (41, 999));
+        assert_eq!((at_rest, begins.len() - at_rest), (44, 999));
         for resolution in [1e-4, 1e-3, 4e-3] {
             let coarse = |value: f64| (value / resolution).round() * resolution;
             let taken = taken(|at_s| coarse(swing(at_s + 0.3)));
@@ -565,9 +583,41 @@ mod tests {
         }
     }
 
+    /// What rests from the first sample on is taken before a gap, at any rate and with an uneven time; what repeats a fault, each time.
+    #[test]
+    fn what_rests_is_taken_before_a_gap() {
+        for (hertz, jitter_ns) in [
+            (100.0, 0),
+            (100.0, 100_000),
+            (60.0, 0),
+            (30.0, 500_000),
+            (1000.0, 100_000),
+        ] {
+            let mut repeats = Repeats::new(1, 250 * MS);
+            let (mut last_ns, mut taken) = (0, 0);
+            for k in 1..2000 {
+                let stamp_ns = (f64::from(k) * 1e9 / hertz) as i64
+                    + [jitter_ns, 0, -jitter_ns][k as usize % 3];
+                if !repeats.take(stamp_ns, &[0.3]) {
+                    assert!(
+                        stamp_ns - last_ns <= 250 * MS,
+                        "{hertz} Hz: {}",
+                        stamp_ns - last_ns
+                    );
+                    (last_ns, taken) = (stamp_ns, taken + 1);
+                }
+            }
+            assert!(f64::from(taken) < 0.3 * 2000.0, "{hertz} Hz: {taken}");
+        }
+        let mut repeats = Repeats::new(1, 250 * MS);
+        repeats.take(10 * MS, &[f64::NAN]);
+        repeats.judge(false);
+        assert!(!repeats.take(20 * MS, &[f64::NAN]));
+    }
+
     #[test]
     fn a_sample_that_is_not_later_is_no_repeat() {
-        let mut repeats = Repeats::new(1, Some(250 * MS));
+        let mut repeats = Repeats::new(1, 250 * MS);
         assert!(!repeats.take(10 * MS, &[0.5]));
         assert!(repeats.take(20 * MS, &[0.5]));
         for stamp_ns in [20 * MS, 0, i64::MIN] {
@@ -575,7 +625,7 @@ mod tests {
         }
         assert!(!repeats.take(i64::MAX, &[0.5]));
         // nor does one whose stamp is no time stop it
-        let mut repeats = Repeats::new(1, Some(i64::MAX));
+        let mut repeats = Repeats::new(1, i64::MAX);
         for (k, stamp_ns) in [i64::MIN, -1, i64::MAX - 1, i64::MAX]
             .into_iter()
             .enumerate()

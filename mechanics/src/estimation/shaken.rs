@@ -1,8 +1,8 @@
 //! What shakes an IMU at an even beat, such as an engine: the mean over its period takes it away.
 //!
 //! The filters of the platform's motion pass little of a tone of f Hz, but 2 w0 / w of it: of an engine's 3 m/s^2 at 25 Hz a fifth,
-//! which is hundreds of newtons at a wheel. The mean over n samples that last one of its periods, or several, passes nothing
-//! of it, and is a measurement of all that is slower at the mean of their stamps. White noise it leaves as it is for a slow filter: its
+//! which is hundreds of newtons at a wheel. The mean over n samples that last one of its periods, or several, passes next to
+//! nothing of it, and is a measurement of all that is slower at the mean of their stamps. White noise it leaves as it is for a slow filter: its
 //! variance is n times less, in n samples that are alike. So n is that of the least
 //!
 //! ```text
@@ -73,15 +73,14 @@ impl Shaken {
         }
     }
 
-    /// Forgets the samples: the next one does not follow them. What shakes the sensor still does.
-    pub(super) fn forget(&mut self) {
-        self.samples.clear();
-    }
-
-    /// Takes a sample; returns the mean over the period of what shakes the sensor, and its stamp (ns).
+    /// Takes a sample; returns the mean over the period of what shakes the sensor, and its stamp (ns). One that is not later than
+    /// the one before is none.
     pub(super) fn take(&mut self, stamp_ns: i64, motion: Motion) -> (i64, Motion) {
         let step_ns = |last: i64| stamp_ns.saturating_sub(last);
         let before = (!self.samples.is_empty()).then(|| self.back(0).stamp_ns);
+        if before.is_some_and(|last| stamp_ns <= last) {
+            return (stamp_ns, motion);
+        }
         let before = before.filter(|&last| (1..=self.max_gap_ns).contains(&step_ns(last)));
         let mut deviation = [0.0; 3];
         let step_s = match before {
@@ -116,7 +115,10 @@ impl Shaken {
             self.samples[self.latest] = taken;
         }
         self.weigh(step_s);
-        self.mean()
+        match self.samples.is_empty() {
+            true => (stamp_ns, motion),
+            false => self.mean(),
+        }
     }
 
     /// The sample so many before the latest.
@@ -130,9 +132,15 @@ impl Shaken {
         let square = |v: &[f64; 3]| v.iter().map(|x| x * x).sum::<f64>();
         let latest = *self.back(0);
         self.squares[0] += weight * (square(&latest.deviation) - self.squares[0]);
-        // written so that NaN is none
-        if !(self.squares[0] > LEAST_SIZE * 3.0 * self.variance) {
+        let is_shaken = self.squares[0] > LEAST_SIZE * 3.0 * self.variance;
+        if !(is_shaken && self.squares[0].is_finite()) {
             (self.shaken, self.length) = (0, 1);
+            self.squares[1..].fill(0.0);
+            if !self.squares[0].is_finite() {
+                // an absurd value, or its level
+                self.squares[0] = 0.0;
+                self.samples.clear();
+            }
             return;
         }
         self.shaken += 1;
@@ -160,7 +168,8 @@ impl Shaken {
         }
         // as soon as the longest mean has been seen at both ends of it
         let own = OTHER * self.length as f64 * self.squares[self.length - 1];
-        let is_other = self.length == 1 || best.0 == 1 || best.1 < own;
+        // a mean that became too long was not weighed
+        let is_other = self.length == 1 || best.0 == 1 || best.1 < own || self.length > longest;
         if is_full && self.shaken > 2 * longest && is_other {
             self.length = best.0;
         }
@@ -172,14 +181,19 @@ impl Shaken {
         if length == 1 {
             return (latest.stamp_ns, latest.motion);
         }
-        let (mut behind_ns, mut sum) = (0, [0.0; 6]);
+        let (mut behind_ns, mut sum, mut count) = (0, [0.0; 6], 0);
         for n in 0..length {
             let one = self.back(n);
-            behind_ns += latest.stamp_ns - one.stamp_ns;
+            let age_ns = latest.stamp_ns.saturating_sub(one.stamp_ns);
+            if age_ns >= LONGEST_NS {
+                break;
+            }
+            behind_ns += age_ns;
+            count += 1;
             (sum.iter_mut().zip(one.motion)).for_each(|(sum, value)| *sum += value);
         }
-        let stamp_ns = latest.stamp_ns - behind_ns / length as i64;
-        (stamp_ns, sum.map(|sum| sum / length as f64))
+        let stamp_ns = latest.stamp_ns - behind_ns / count;
+        (stamp_ns, sum.map(|sum| sum / count as f64))
     }
 }
 
@@ -259,8 +273,29 @@ mod tests {
         assert!(of_tone < 60, "{of_tone}");
         assert!(as_it_is(&mut shaken, 201, 200 * STEP_NS + 300_000_000));
         assert!(!as_it_is(&mut shaken, 202, 201 * STEP_NS + 300_000_000));
-        shaken.forget();
-        assert!(as_it_is(&mut shaken, 203, 202 * STEP_NS + 300_000_000));
-        assert!(as_it_is(&mut shaken, 204, i64::MIN));
+        // a sample that is not later is none
+        assert!(as_it_is(&mut shaken, 203, i64::MIN));
+        assert!(!as_it_is(&mut shaken, 203, 202 * STEP_NS + 300_000_000));
+    }
+
+    #[test]
+    fn a_mean_is_never_longer_than_the_longest_and_survives_absurd_values() {
+        let mut shaken = Shaken::new(NOISE, 250_000_000);
+        let mut noise = Noise(5);
+        let mut stamp_ns = 0;
+        for k in 0..3000 {
+            // 500 Hz, then 100 Hz
+            stamp_ns += if k < 1500 { 2_000_000 } else { 10_000_000 };
+            let tone = 3.0 * (TAU * 25.0 * seconds(stamp_ns)).sin();
+            let mut motion = [0.0; 6].map(|_: f64| tone + NOISE * noise.next());
+            if k == 1000 {
+                motion[0] = 1e200;
+            }
+            let (at_ns, mean) = shaken.take(stamp_ns, motion);
+            assert!((0..LONGEST_NS).contains(&(stamp_ns - at_ns)), "{k}");
+            if (700..1000).contains(&k) || (1300..1500).contains(&k) || k > 1700 {
+                assert!(mean[1].abs() < 0.5, "{k}: {mean:?}");
+            }
+        }
     }
 }

@@ -276,7 +276,7 @@ impl Filters {
         if is_finite && !is_doubted(force) && !is_doubted(turning) {
             return shaken.take(stamp_ns, motion);
         }
-        shaken.forget();
+        // as if it had been lost
         (stamp_ns, motion)
     }
 

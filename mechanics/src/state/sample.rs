@@ -185,9 +185,10 @@ impl Sensors {
     /// All sensors in their fixed order: those of [`Sensors::iter`], the switches, the load sensors, the commands, the
     /// signals of payloads.
     pub fn all(&self) -> impl Iterator<Item = Sensor> {
-        let beside = NumberKind::ALL[1..].iter();
+        let beside = NumberKind::ALL.into_iter();
+        let beside = beside.filter(|&kind| kind != NumberKind::Actuator);
         self.iter()
-            .chain(beside.flat_map(|&kind| self.numbers(kind)))
+            .chain(beside.flat_map(|kind| self.numbers(kind)))
     }
 
     /// The sensors of a kind that measures one number.
