@@ -148,9 +148,11 @@ fn what_follows_the_last_row_is_not_known() {
     let lift = whole.events.iter().find(is_lift).unwrap();
     let end_ns = lift.end_ns.unwrap();
     // the wheel was light for longer than it was off the ground
-    let ends = format!("At t = {:.2} s every wheel carried load again", {
-        (end_ns - whole.rows.times_ns[0]) as f64 * 1e-9
-    });
+    let ends = format!(
+        "At t = {:.2} ± {:.2} s every wheel carried load again",
+        (end_ns - whole.rows.times_ns[0]) as f64 * 1e-9,
+        2.0 * lift.end_sigma_s.unwrap()
+    );
     let told = story(&whole);
     assert!(told.last().unwrap().starts_with(&ends), "{told:?}, {ends}");
 
