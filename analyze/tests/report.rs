@@ -77,7 +77,12 @@ fn the_sliders_begin_at_the_log() {
 #[test]
 fn a_log_without_a_lift_has_sliders() {
     let analysis = analysis("tiny");
-    assert!(analysis.events.iter().all(|event| !event.kind.is_observed()));
+    assert!(
+        analysis
+            .events
+            .iter()
+            .all(|event| !event.kind.is_observed())
+    );
     let found = tipwatch_analyze::report::sliders(&analysis).unwrap();
     assert!(found.logged.otf_n > 0.0 && found.logged.probability.unwrap() < 0.02);
     let simulated = found.changes.iter().flat_map(|change| &change.simulated);

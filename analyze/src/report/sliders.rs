@@ -66,9 +66,9 @@ pub struct Simulated {
     pub at: f64,
     /// Smallest OTF of the event's wheel, of the wheels off its edge weighted by their distance (N).
     pub otf_n: f64,
-    /// Its standard deviation (N); null if unknown.
+    /// Its standard deviation (N); null if unknown, and where the machine as stated does not show the recorded event.
     pub sigma_n: Option<f64>,
-    /// Probability that the wheels lift; null if unknown.
+    /// Probability that the wheels lift; null where `sigma_n` is.
     pub probability: Option<f64>,
 }
 
