@@ -615,6 +615,34 @@ fn more_load_than_the_machine_can_hold_in_its_reference_posture_may_be_supposed(
     }
 }
 
+/// More load is that of what is attached at the time, not of what is carried later.
+#[test]
+fn a_payload_that_is_not_there_takes_no_share_of_more_load() {
+    let path = data("tiny_lift.toml");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let one = "\n[[payload]]\nlink = \"tool\"\nmass = 40.0\n";
+    let later = format!("{one}to = 1e4\n{one}from = 1e4\n");
+    let more = Suppositions {
+        payload_kg: Some(30.0),
+        ..Suppositions::default()
+    };
+    let least = [one, later.as_str()].map(|payloads| {
+        let file = MachineFile::from_text(&path, &format!("{text}{payloads}")).unwrap();
+        let log = data("tiny_lift.mcap");
+        let [recorded, supposed] = suppose(&log, &file, Options::default(), &more).unwrap();
+        let replies = replies(&recorded, &supposed, &more);
+        let otf_n = replies.first().unwrap().1.otf_n.unwrap();
+        [least_otf(&recorded), least_otf(&supposed), otf_n]
+    });
+    assert!(least[0][1] < least[0][0] - 30.0, "{least:?}");
+    for (always, of_a_time) in least[0].iter().zip(least[1]) {
+        assert!(
+            (always - of_a_time).abs() < 1e-6 * always.abs(),
+            "{least:?}"
+        );
+    }
+}
+
 #[test]
 fn a_recorded_fall_is_not_the_fall_of_what_is_supposed() {
     let file = MachineFile::read(&data("tip_over.toml")).unwrap();

@@ -73,6 +73,22 @@ fn the_sliders_begin_at_the_log() {
     assert!(names.any(|name| name.starts_with("Joint ")));
 }
 
+/// The machine as stated contradicts no lift where nothing lifted.
+#[test]
+fn a_log_without_a_lift_has_sliders() {
+    let analysis = analysis("tiny");
+    assert!(
+        analysis
+            .events
+            .iter()
+            .all(|event| !event.kind.is_observed())
+    );
+    let found = tipwatch_analyze::report::sliders(&analysis).unwrap();
+    assert!(found.logged.otf_n > 0.0 && found.logged.probability.unwrap() < 0.02);
+    let simulated = found.changes.iter().flat_map(|change| &change.simulated);
+    assert!(simulated.into_iter().all(|it| it.probability.is_some()));
+}
+
 #[test]
 fn the_first_page_answers_what_an_expert_asks() {
     let analysis = analysis("swing_lift");

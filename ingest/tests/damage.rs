@@ -1,9 +1,36 @@
 use std::ops::ControlFlow;
 
 use proptest::prelude::*;
-use tipwatch_ingest::{Log, LostPart, SensorDecoder, SensorKind, SensorSample};
+use tipwatch_ingest::{Log, Losses, LostPart, LostRange, SensorDecoder, SensorKind, SensorSample};
 
 use crate::support::{COMPRESSIONS, FIRST_NS, PERIOD_NS, Style, TempLog, joint_log, joint_samples};
+
+/// What the lost ranges name is no part of the rest that the index counts.
+#[test]
+fn missing_messages_beside_lost_ranges_are_told_as_more() {
+    let told = |named: u64| {
+        let range = LostRange {
+            file: "log.mcap".into(),
+            start_byte: 0,
+            end_byte: 1,
+            part: LostPart::Chunk,
+            reason: "damaged".into(),
+            first_time_ns: None,
+            last_time_ns: None,
+            messages: [("/imu".to_owned(), named)].into(),
+            message_count: Some(named),
+        };
+        let losses = Losses {
+            ranges: vec![range.clone(), range],
+            missing_messages: [("/imu".to_owned(), 8)].into(),
+            ..Losses::default()
+        };
+        losses.lines().skip(2).collect::<Vec<_>>()
+    };
+    assert!(told(2)[0].starts_with("4 more messages of /imu are missing, 8 in all"));
+    assert!(told(0)[0].starts_with("8 messages of /imu are missing"));
+    assert!(told(4).is_empty() && told(u64::MAX).is_empty());
+}
 
 /// Reads all that is left of a possibly damaged file.
 fn read_all(bytes: &[u8]) -> Vec<SensorSample> {

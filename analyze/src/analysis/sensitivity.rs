@@ -16,7 +16,7 @@ use crate::base::rows::Rows;
 pub struct SensitivityTable {
     /// Rows: all parameters of the first wheel, then of the next.
     pub rows: Vec<SensitivityRow>,
-    /// The wheel with the smallest OTF as a share of its static load.
+    /// The wheel with the smallest OTF, of the rows with derivatives if it has any, as a share of its static load.
     pub worst_wheel: usize,
     /// That share.
     pub worst_share: f64,
@@ -43,7 +43,8 @@ pub struct SensitivityRow {
     /// The parameter's share of the OTF variance at that instant; of parameters that were identified together it contains
     /// their correlations, and can be negative.
     pub variance_share: f64,
-    /// The worst instant (ns).
+    /// The worst instant (ns): of the valid rows with derivatives, the one with the smallest OTF of the wheel. A smaller OTF in a
+    /// row without derivatives counts only where the wheel has none with them.
     pub worst_ns: i64,
     /// OTF at that instant (N).
     pub worst_otf_n: f64,

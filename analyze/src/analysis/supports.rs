@@ -32,9 +32,11 @@ pub(super) fn check_options(loaded: &LoadedLog, options: &Options) -> Result<()>
 }
 
 /// The sets of rows at these times, and the machine that names the results on all of them; `None` for a machine that
-/// is always on the same supports. What the sets were is noted.
+/// is always on the same supports. The reference loads are those of the machine as recorded, whatever is supposed of it. What
+/// the sets were is noted.
 pub(super) fn of_rows(
     loaded: &mut LoadedLog,
+    (recorded, suppose): (&Machine, &dyn Fn(Machine) -> Result<Machine, &'static str>),
     times_ns: &[i64],
     scope: Scope,
 ) -> Option<(Machine, SupportSets)> {
@@ -44,7 +46,7 @@ pub(super) fn of_rows(
     let mut machines = Vec::new();
     let mut places = Vec::new();
     for on in &timeline.sets {
-        match machine.standing_on(on) {
+        match recorded.standing_on(on) {
             Ok(mut machine) => {
                 if let Err(error) = machine.set_reference_loads() {
                     notes.push(say!(
@@ -52,8 +54,13 @@ pub(super) fn of_rows(
                         machine.supports().names(on)
                     ));
                 }
-                places.push(Ok(machines.len()));
-                machines.push(machine);
+                match suppose(machine) {
+                    Ok(machine) => {
+                        places.push(Ok(machines.len()));
+                        machines.push(machine);
+                    }
+                    Err(why) => places.push(Err(why.into())),
+                }
             }
             Err(error) => places.push(Err(error.to_string())),
         }

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use maud::{Markup, html};
 use tipwatch_language::{is_english, say, told, word};
+use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::machine::Wheel;
 
 use super::unstated_load;
@@ -19,6 +20,9 @@ use crate::page::{Bar, bars, list, probability, readable, short, table, whole};
 const MOST_SHOWN: usize = 8;
 /// Most changes in a finding.
 const MOST_IN_FINDING: usize = 3;
+
+/// Rows of an event that are evaluated at once.
+const ROWS_AT_ONCE: usize = 4096;
 
 /// The section of the report.
 pub(super) fn section(analysis: &Analysis) -> Markup {
@@ -206,10 +210,15 @@ fn without_advice(analysis: &Analysis) -> String {
         word!("Nothing was simulated: the loads of the machine as stated do not show the event.")
             .into()
     } else if analysis.events.iter().any(|event| event.kind.is_observed()) {
+        let reasons = reasons(analysis).join(", ");
         say!(
-            "Nothing was simulated: a change is simulated where loads are valid, and each row with a {} below its limit is not ({}).",
+            "Nothing was simulated: a change is simulated where loads are valid, and each row with a {} below its limit is not{}.",
             word.one,
-            reasons(analysis).join(", ")
+            if reasons.is_empty() {
+                reasons
+            } else {
+                format!(" ({reasons})")
+            }
         )
     } else {
         say!(
@@ -219,15 +228,27 @@ fn without_advice(analysis: &Analysis) -> String {
     }
 }
 
-/// Why rows of events are not valid.
+/// Why rows of events with a wheel below its limit are not valid.
 fn reasons(analysis: &Analysis) -> Vec<String> {
-    let events = (analysis.events.iter()).filter(|event| event.kind.is_observed());
-    let rows = events.flat_map(|event| {
-        let [from, to] = event.span_ns().map(|time_ns| analysis.rows.at(time_ns));
-        from..(to + 1).min(analysis.rows.len())
-    });
-    let reasons = rows.flat_map(|row| analysis.rows.reasons[row].iter());
-    let names: BTreeSet<String> = reasons.map(|reason| readable(reason.name())).collect();
+    let rows = &analysis.rows;
+    let limits = analysis.min_loads_n.as_deref().unwrap_or_default();
+    let limit_n = |wheel: usize| limits.get(wheel).copied().unwrap_or(0.0);
+    let mut names = BTreeSet::new();
+    for event in (analysis.events.iter()).filter(|event| event.kind.is_observed()) {
+        let [from, to] = event.span_ns().map(|time_ns| rows.at(time_ns));
+        let end = (to + 1).min(rows.len());
+        for first in (from..end).step_by(ROWS_AT_ONCE) {
+            let found = rows.window(first..(first + ROWS_AT_ONCE).min(end));
+            let is_below = |row: usize| {
+                let mut wheels = 0..analysis.machine.wheels().len();
+                wheels.any(|wheel| found.value(Quantity::Otf(wheel), row) < limit_n(wheel))
+            };
+            for row in (0..found.len()).filter(|&row| is_below(row)) {
+                let reasons = rows.reasons[first + row].iter();
+                names.extend(reasons.map(|reason| readable(reason.name())));
+            }
+        }
+    }
     names.into_iter().collect()
 }
 

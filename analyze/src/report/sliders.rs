@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 use serde::Serialize;
 use tipwatch_language::{say, word};
-use tipwatch_mechanics::{Parameter, State};
+use tipwatch_mechanics::{Machine, Parameter, State};
 
 use super::explanations::no_derivatives;
 use super::findings::{Scene, incidents};
@@ -46,6 +46,17 @@ pub struct Slider {
     pub logged: f64,
     /// What was simulated, ascending, the logged value among it. Between them is a straight line.
     pub simulated: Vec<Simulated>,
+    /// What could not be.
+    pub not_simulated: Vec<NotSimulated>,
+}
+
+/// A value of a change that cannot be simulated.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct NotSimulated {
+    /// The value, in the unit of the change.
+    pub at: f64,
+    /// Why.
+    pub why: &'static str,
 }
 
 /// A simulated value of a change.
@@ -55,31 +66,46 @@ pub struct Simulated {
     pub at: f64,
     /// Smallest OTF of the event's wheel, of the wheels off its edge weighted by their distance (N).
     pub otf_n: f64,
-    /// Its standard deviation (N); null if unknown.
+    /// Its standard deviation (N); null if unknown, and where the machine as stated does not show the recorded event.
     pub sigma_n: Option<f64>,
-    /// Probability that the wheels lift; null if unknown.
+    /// Probability that the wheels lift; null where `sigma_n` is.
     pub probability: Option<f64>,
 }
 
 impl Simulated {
-    fn of(at: f64, reply: &Reply) -> Option<Self> {
-        // what is open for a reason tells no value
-        let otf_n = reply.otf_n.filter(|_| reply.why_not.is_none())?;
-        Some(Self {
+    fn of(at: f64, reply: &Reply) -> Result<Self, &'static str> {
+        let unknown = || {
+            reply
+                .why_not
+                .unwrap_or(word!("the loads cannot be computed"))
+        };
+        Ok(Self {
             at,
-            otf_n,
+            otf_n: reply.otf_n.ok_or_else(unknown)?,
             sigma_n: reply.sigma_n,
             probability: reply.probability,
         })
     }
 }
 
+/// The values of a change that are simulated, from the least through the logged one to the most, ascending and without it: none
+/// on a side to which it cannot change.
+fn values([least, now, most]: [f64; 3]) -> Vec<f64> {
+    let step = |k: usize| k as f64 / SIDE_VALUES as f64;
+    let below = (0..SIDE_VALUES).map(|k| least + (now - least) * step(k));
+    let above = (1..=SIDE_VALUES).map(|k| now + (most - now) * step(k));
+    let below = below.filter(|at| *at < now);
+    let mut values: Vec<f64> = below.chain(above.filter(|at| *at > now)).collect();
+    values.dedup();
+    values
+}
+
 /// The event that the sliders change: the one that the first page asks about, else the smallest load of the wheel that came
-/// closest to lifting.
-fn event(analysis: &Analysis) -> Option<Event> {
+/// closest to lifting, which nothing shows to have lifted.
+fn event(analysis: &Analysis) -> Option<(Event, bool)> {
     let gravest = incidents(&analysis.events).into_iter().next();
     if let Some(asked) = gravest.and_then(|incident| incident.asked()) {
-        return Some(asked.clone());
+        return Some((asked.clone(), true));
     }
     let table = analysis.sensitivity.as_ref()?;
     let worst = table
@@ -89,59 +115,76 @@ fn event(analysis: &Analysis) -> Option<Event> {
     let wheel = analysis.machine.wheels()[table.worst_wheel]
         .name
         .to_lowercase();
-    Some(Event {
+    let event = Event {
         end_ns: Some(worst.worst_ns),
         ..Event::blank(EventKind::WheelLift, worst.worst_ns, wheel)
-    })
+    };
+    Some((event, false))
 }
 
-/// The sliders; `None` if nothing can be simulated, or nothing would change the load.
-#[must_use]
-pub fn sliders(analysis: &Analysis) -> Option<Sliders> {
-    let event = event(analysis)?;
+/// The sliders.
+///
+/// # Errors
+/// Why there are none, as a sentence: nothing can be simulated, or nothing would change the load.
+pub fn sliders(analysis: &Analysis) -> Result<Sliders, String> {
+    let (event, is_recorded) = event(analysis).ok_or_else(|| no_derivatives(analysis))?;
     let standing = StandingRows::all(&analysis.machine, &analysis.rows, |_| None);
-    Question::about(&standing, &analysis.rows, &event, |question| {
-        of_question(analysis, &event, question)
+    let found = Question::about(&standing, &analysis.rows, &event, |question| {
+        of_question(analysis, &event, is_recorded, question)
+    });
+    found.ok_or_else(|| {
+        word!("It is not known on what the machine stood, or no row can be evaluated.")
     })?
 }
 
-fn of_question(analysis: &Analysis, event: &Event, question: &Question<'_>) -> Option<Sliders> {
+fn of_question(
+    analysis: &Analysis,
+    event: &Event,
+    is_recorded: bool,
+    question: &Question<'_>,
+) -> Result<Sliders, String> {
+    // the machine as stated contradicts nothing where nothing was recorded
+    let simulate = |machine: &Machine, hypotheses: &[Hypothesis]| match is_recorded {
+        true => question.reply(machine, hypotheses),
+        false => question.simulate(machine, hypotheses),
+    };
     let reply = |hypothesis: Hypothesis| {
         let hypotheses = [hypothesis];
-        let machine = Hypothesis::machine(&hypotheses, question.machine()).ok()?;
-        Some(question.reply(&machine, &hypotheses))
+        let machine = Hypothesis::machine(&hypotheses, question.machine())?;
+        Ok(simulate(&machine, &hypotheses))
     };
-    let logged = Simulated::of(0.0, &question.reply(question.machine(), &[]))?;
-    let slider =
-        |name: String, unit, [least, now, most]: [f64; 3], suppose: &dyn Fn(f64) -> Hypothesis| {
-            let step = |k: usize| k as f64 / SIDE_VALUES as f64;
-            let below = (0..SIDE_VALUES).map(|k| least + (now - least) * step(k));
-            let above = (1..=SIDE_VALUES).map(|k| now + (most - now) * step(k));
-            let simulated = |at: f64| Simulated::of(at, &reply(suppose(at))?);
-            let as_logged = Simulated {
-                at: now,
-                ..logged.clone()
-            };
-            let all = below.filter_map(simulated).chain([as_logged]);
-            let simulated: Vec<Simulated> = all.chain(above.filter_map(simulated)).collect();
-            let effect_n = |of: &Simulated| (of.otf_n - logged.otf_n).abs();
-            let has_effect = simulated.iter().any(|of| effect_n(of) >= LEAST_EFFECT_N);
-            has_effect.then_some(Slider {
-                name,
-                unit,
-                logged: now,
-                simulated,
-            })
+    let logged = Simulated::of(0.0, &simulate(question.machine(), &[]))
+        .map_err(|why| say!("Nothing is simulated: {why}."))?;
+    let slider = |name: String, unit, range: [f64; 3], suppose: &dyn Fn(f64) -> Hypothesis| {
+        let as_logged = Simulated {
+            at: range[1],
+            ..logged.clone()
         };
+        let (mut simulated, mut not_simulated) = (vec![as_logged], Vec::new());
+        for at in values(range) {
+            match reply(suppose(at)).and_then(|reply| Simulated::of(at, &reply)) {
+                Ok(found) => simulated.push(found),
+                Err(why) => not_simulated.push(NotSimulated { at, why }),
+            }
+        }
+        simulated.sort_by(|a, b| a.at.total_cmp(&b.at));
+        let effect_n = |of: &Simulated| (of.otf_n - logged.otf_n).abs();
+        let has_effect = simulated.iter().any(|of| effect_n(of) >= LEAST_EFFECT_N);
+        (has_effect || !not_simulated.is_empty()).then_some(Slider {
+            name,
+            unit,
+            logged: range[1],
+            simulated,
+            not_simulated,
+        })
+    };
 
     let mut changes = Vec::new();
     let machine = question.machine();
-    let stated_kg: f64 = machine
-        .payloads()
-        .iter()
-        .map(|payload| payload.inertia.mass)
-        .sum();
-    let on_tool = machine.load_on_tool();
+    let stated_kg = question.payload_kg();
+    // the mass of a stated payload is its own, attached or not
+    let is_stated = (machine.payloads().iter()).any(|payload| payload.inertia.mass > 0.0);
+    let on_tool = machine.load_on_tool().filter(|_| !is_stated);
     changes.extend(match stated_kg > 0.0 {
         true => {
             let more = |at: f64| Hypothesis::Payload(at - stated_kg);
@@ -189,7 +232,10 @@ fn of_question(analysis: &Analysis, event: &Event, question: &Question<'_>) -> O
     joints.sort_by(|a, b| effect_n(b).total_cmp(&effect_n(a)));
     joints.truncate(MOST_JOINTS);
     changes.extend(joints);
-    (!changes.is_empty()).then(|| Sliders {
+    if changes.is_empty() {
+        return Err(word!("No change that is tried moves the load.").into());
+    }
+    Ok(Sliders {
         kind: event.kind,
         subject: event.subject.clone(),
         logged,
@@ -210,6 +256,7 @@ fn joints(analysis: &Analysis, event: &Event) -> Vec<(usize, String, [f64; 3])> 
     let named = analysis.machine.joints().iter().enumerate();
     let is_tried = |name: &str| tried.iter().any(|it| it.split(' ').next() == Some(name));
     let named = named.filter(|(_, joint)| is_tried(&format!("{}.position", joint.name)));
+    let named = named.filter(|(index, _)| state.joints[*index].position.is_finite());
     let range = |(index, joint): (usize, &tipwatch_mechanics::machine::MeasuredJoint)| {
         let now = state.joints[index].position;
         let mut changes = advice.changes.iter();
@@ -228,13 +275,11 @@ fn joints(analysis: &Analysis, event: &Event) -> Vec<(usize, String, [f64; 3])> 
 
 /// The sliders as a part of a page, with the numbers that the script reads.
 pub(super) fn section(analysis: &Analysis) -> Markup {
-    let Some(found) = sliders(analysis) else {
-        return match analysis.sensitivity {
-            Some(_) => html! {},
-            None => {
-                html! { p.hint { (say!("There are no sliders to try a change. {}", no_derivatives(analysis))) } }
-            }
-        };
+    let found = match sliders(analysis) {
+        Ok(found) => found,
+        Err(why) => {
+            return html! { p.hint { (say!("There are no sliders to try a change. {}", why)) } };
+        }
     };
     let scene = Scene::of(analysis);
     let event = Event::blank(found.kind, 0, found.subject.clone());
@@ -259,7 +304,7 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
                         label for=(format_args!("what-if-{place}")) { (it.name) ": " }
                         output id=(format_args!("what-if-{place}-value")) { (number(it.logged)) " " (it.unit) }
                         input type="range" id=(format_args!("what-if-{place}")) min=(first.at) max=(last.at) value=(it.logged)
-                            step=((last.at - first.at) / 200.0);
+                            step=((last.at - first.at) / 200.0) disabled[it.simulated.len() < 2];
                         span.hint { (say!("simulated: {}", simulated_in_words(it))) }
                     }
                 }
@@ -291,5 +336,26 @@ fn simulated_in_words(of: &Slider) -> String {
             number(it.otf_n)
         )
     };
-    others.map(one).collect::<Vec<_>>().join("; ")
+    let unknown = of.not_simulated.iter().map(|it| {
+        let at = number(it.at);
+        say!("{at} {}: not simulated ({})", of.unit, it.why)
+    });
+    others
+        .map(one)
+        .chain(unknown)
+        .collect::<Vec<_>>()
+        .join("; ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::values;
+
+    /// A joint at its lower limit moves upwards only; what is at two places between straight lines has no slope.
+    #[test]
+    fn a_side_without_width_is_left_out() {
+        assert_eq!(values([0.2, 0.2, 0.7]), [0.45, 0.7]);
+        assert_eq!(values([-0.3, 0.2, 0.2]), [-0.3, -0.04999999999999999]);
+        assert!(values([0.2; 3]).is_empty());
+    }
 }

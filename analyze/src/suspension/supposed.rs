@@ -40,7 +40,7 @@ pub fn caveats(recorded: &Analysis, suppositions: &Suppositions) -> Vec<String> 
     let degrees = |slope: &GroundSlope| 2.0 * slope.largest_sigma_rad().to_degrees();
     let level = slope.as_ref().filter(|slope| slope.is_level()).map(|slope| {
         say!(
-            "The log does not tell the ground from level ground (to ± {:.1}°, two standard deviations): to suppose it level changes nothing.",
+            "The log does not tell the ground from level ground (to ± {:.1}°, two standard deviations): to suppose it level moves nothing, but how far it may slope all the same is in the bands of the answers.",
             degrees(slope)
         )
     });
@@ -66,6 +66,12 @@ pub fn caveats(recorded: &Analysis, suppositions: &Suppositions) -> Vec<String> 
         ));
     }
     caveats.extend(level.or(sloped));
+    let rests = bases_rest(recorded);
+    if suppositions.speed.is_some() && rests.contains(&true) && rests.contains(&false) {
+        caveats.push(word!(
+            "In some events the base rests: the answers to these change the speed of the arm alone, the rows, figures and curves of B that of machine and arm."
+        ).into());
+    }
     let machine = &recorded.machine;
     caveats.extend(measured_forces(machine).map(|forces| say!(
         "The measured forces of {forces} show how the load is shared in A. The answers keep what they showed; the rows, figures and curves of B do not use them, so that B - A is more there than the effect of what is supposed."
@@ -196,8 +202,8 @@ impl Suppositions {
     }
 }
 
-/// Whether the base of a machine rests in all that was recorded of its lifts and tippings, or in the whole log without any.
-fn base_rests(recorded: &Analysis) -> bool {
+/// Whether the base of a machine rests in each lift and tipping that was recorded, or in the whole log without any.
+fn bases_rest(recorded: &Analysis) -> Vec<bool> {
     let standing = StandingRows::all(&recorded.machine, &recorded.rows, |_| None);
     let rests = |event: &Event| {
         Question::about(&standing, &recorded.rows, event, |question| {
@@ -208,7 +214,7 @@ fn base_rests(recorded: &Analysis) -> bool {
     let asked = events.filter(|event| !event.counterfactuals.is_empty());
     let asked: Vec<bool> = asked.filter_map(rests).collect();
     if !asked.is_empty() {
-        return asked.into_iter().all(|rests| rests);
+        return asked;
     }
     let (first_ns, wheel) = (
         recorded.rows.times_ns.first(),
@@ -221,7 +227,7 @@ fn base_rests(recorded: &Analysis) -> bool {
             wheel.name.to_lowercase(),
         ))
     });
-    whole.unwrap_or(false)
+    vec![whole.unwrap_or(false)]
 }
 
 /// Analyses a log as recorded and as supposed.
@@ -243,7 +249,7 @@ pub fn suppose(
             gross.fix
         );
     }
-    let hypotheses = suppositions.hypotheses(&recorded, base_rests(&recorded))?;
+    let hypotheses = suppositions.hypotheses(&recorded, !bases_rest(&recorded).contains(&false))?;
     let is_level = |hypothesis: &Hypothesis| matches!(hypothesis, Hypothesis::Slope(ground, _) if ground.is_level());
     if suppositions.is_only_level() && hypotheses.iter().any(is_level) {
         // what happened on level ground is what was recorded, with all that was measured of it

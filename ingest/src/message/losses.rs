@@ -201,15 +201,19 @@ impl Losses {
     /// The losses as text: each range, then the missing and undecodable messages by topic.
     pub fn lines(&self) -> impl Iterator<Item = String> {
         // what a lost range names is not told again
-        let missing = self.missing_messages.iter().filter(|(topic, count)| {
-            let named = self
-                .ranges
-                .iter()
-                .filter_map(|range| range.messages.get(*topic));
-            named.sum::<u64>() < **count
-        });
-        let missing = missing.map(|(topic, count)| {
-            say!("{count} messages of {topic} are missing: the log's index counts them")
+        let missing = self.missing_messages.iter();
+        let missing = missing.filter_map(|(topic, &count)| {
+            let ranges = self.ranges.iter();
+            let named = ranges.filter_map(|range| range.messages.get(topic));
+            match count.saturating_sub(named.fold(0, |sum: u64, &of| sum.saturating_add(of))) {
+                0 => None,
+                rest if rest == count => Some(say!(
+                    "{count} messages of {topic} are missing: the log's index counts them"
+                )),
+                rest => Some(say!(
+                    "{rest} more messages of {topic} are missing, {count} in all: the log's index counts them"
+                )),
+            }
         });
         let undecodable = self
             .undecodable_messages

@@ -7,17 +7,20 @@ use super::{Inertia, LinkGroup, Machine, MassMoments, Mount, MountSource, Payloa
 /// Where a load on the tool is carried.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoadOnTool {
-    /// Index of the link.
+    /// Index of the link at which it acts.
+    pub tool: usize,
+    /// Index of the link whose mass is part of it.
     pub link: usize,
-    /// The body that the link belongs to.
+    /// The body that carries it.
     pub body: usize,
-    /// Centre of mass of the link, in the body's frame (m).
+    /// Where, in the body's frame (m): the centre of mass of the tool, or its origin where it has no mass.
     pub place: Vector3<f64>,
 }
 
 impl Machine {
     /// Where a load on the tool is carried: by `arm.tool` of the machine file, else by the link with mass at the end of the
-    /// arm. `None` without an arm.
+    /// arm. Of a tool without mass, such as a frame at the tip of a bucket, the mass is that of the heaviest link welded to it, else
+    /// of the link with mass at the end of the arm. `None` without an arm.
     #[must_use]
     pub fn load_on_tool(&self) -> Option<LoadOnTool> {
         let depth = |link: &usize| {
@@ -34,12 +37,19 @@ impl Machine {
             link.group == LinkGroup::Arm && link.inertia.mass > 0.0
         };
         let last = || (0..self.links.len()).filter(is_arm).max_by_key(depth);
-        let link = self.tool_link.or_else(last)?;
-        let Inertia { mass, com, .. } = self.links[link].inertia;
-        let origin = self.links[link].body_from_link.translation.vector;
+        let tool = self.tool_link.or_else(last)?;
+        let Inertia { mass, com, .. } = self.links[tool].inertia;
+        let origin = self.links[tool].body_from_link.translation.vector;
+        let body = self.links[tool].body;
+        let mass_of = |link: &usize| self.links[*link].inertia.mass;
+        let welded = (0..self.links.len()).filter(|&link| self.links[link].body == body);
+        let welded = welded.filter(|link| mass_of(link) > 0.0);
+        let heaviest = || welded.max_by(|a, b| mass_of(a).total_cmp(&mass_of(b)));
+        let own = Some(tool).filter(|link| mass_of(link) > 0.0);
         Some(LoadOnTool {
-            link,
-            body: self.links[link].body,
+            tool,
+            link: own.or_else(heaviest).or_else(last).unwrap_or(tool),
+            body,
             place: if mass > 0.0 { com } else { origin },
         })
     }
@@ -76,7 +86,10 @@ impl Machine {
         let LoadOnTool { link, place, .. } = self.load_on_tool()?;
         let mut machine = self.clone();
         let inertia = &mut machine.links[link].inertia;
-        (inertia.mass, inertia.com) = (inertia.mass + more, place);
+        if inertia.mass == 0.0 {
+            inertia.com = place;
+        }
+        inertia.mass += more;
         (inertia.mass >= 0.0).then(|| {
             machine.gather();
             machine
@@ -94,5 +107,38 @@ impl Machine {
             source: MountSource::Base,
         });
         machine
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::MachineSpec;
+    use crate::machine::LogFacts;
+
+    /// A frame at the tip of the tool is where a load acts; what can be taken is the mass of what it is welded to.
+    #[test]
+    fn a_tool_without_mass_has_that_of_what_it_is_welded_to() {
+        let spec = include_str!("../../tests/data/rigid.toml")
+            .replace("tool = \"tool\"", "tool = \"tip\"");
+        let tip = "<link name='tip'/><joint name='tip_fixed' type='fixed'><parent link='tool'/><child link='tip'/>\
+                   <origin xyz='0.5 0 0'/></joint></robot>";
+        let urdf = include_str!("../../tests/data/rigid.urdf").replace("</robot>", tip);
+        let spec = MachineSpec::from_toml(&spec, "rigid.toml").unwrap();
+        let machine = spec
+            .check(&urdf, "rigid.urdf", LogFacts::default())
+            .unwrap();
+        let load = machine.load_on_tool().unwrap();
+        let links = machine.links();
+        assert_eq!(
+            [load.tool, load.link].map(|link| links[link].name.as_str()),
+            ["tip", "tool"]
+        );
+        assert_eq!(
+            load.place,
+            links[load.tool].body_from_link.translation.vector
+        );
+        let lighter = machine.with_more_on_tool(-100.0).unwrap();
+        let [before, after] = [&machine, &lighter].map(|of| of.links()[load.link].inertia);
+        assert_eq!((after.mass, after.com), (before.mass - 100.0, before.com));
     }
 }

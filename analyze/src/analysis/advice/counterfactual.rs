@@ -13,7 +13,7 @@ use tipwatch_mechanics::{
 use super::super::standing_rows::StandingRows;
 use super::candidates::base_rests;
 use super::ground_slope::GroundSlope;
-use super::hypothesis::{Hypothesis, Supposed};
+use super::hypothesis::{Hypothesis, Supposed, attached_kg};
 use super::simulate::{least_sum, otf_by_rule};
 use super::window::Window;
 use crate::base::number::known;
@@ -176,8 +176,8 @@ impl<'a> Question<'a> {
         }
     }
 
-    /// Whether the event would have happened to a machine under hypotheses.
-    pub(crate) fn reply(&self, machine: &Machine, hypotheses: &[Hypothesis]) -> Reply {
+    /// How near the wheels come to lifting on a machine under hypotheses, whatever was recorded of the event.
+    pub(crate) fn simulate(&self, machine: &Machine, hypotheses: &[Hypothesis]) -> Reply {
         let window = self
             .window
             .supposing(machine, hypotheses, &self.rows.times_ns);
@@ -191,26 +191,34 @@ impl<'a> Question<'a> {
                 word!("the loads cannot be computed")
             });
         };
-        let mut reply = Reply {
+        let is_known = chance.probability.is_some();
+        Reply {
             otf_n: Some(chance.otf_n),
+            sigma_n: chance.sigma_n,
+            probability: chance.probability,
+            answer: Answer::of(chance.probability),
+            why_not: (!is_known)
+                .then_some(word!("the uncertainty of the loads cannot be computed")),
             ..self.unanswered()
-        };
+        }
+    }
+
+    /// Whether the event would have happened to a machine under hypotheses.
+    pub(crate) fn reply(&self, machine: &Machine, hypotheses: &[Hypothesis]) -> Reply {
+        let found = self.simulate(machine, hypotheses);
         // what the stated machine does not do as recorded, it tells nothing about otherwise: a load that nobody stated
         // would have tipped it at half the speed, too
-        if Answer::of(reply.recorded_probability) == Answer::No
-            || self.event.shown_by == Some(ShownBy::Rotation)
-        {
-            reply.why_not = Some(word!(
+        let is_shown = Answer::of(found.recorded_probability) != Answer::No
+            && self.event.shown_by != Some(ShownBy::Rotation);
+        if is_shown || found.otf_n.is_none() {
+            return found;
+        }
+        Reply {
+            otf_n: found.otf_n,
+            ..self.open(word!(
                 "evaluated as recorded, the machine as stated does not show it either"
-            ));
-            return reply;
+            ))
         }
-        (reply.sigma_n, reply.probability) = (chance.sigma_n, chance.probability);
-        reply.answer = Answer::of(reply.probability);
-        if reply.probability.is_none() {
-            reply.why_not = Some(word!("the uncertainty of the loads cannot be computed"));
-        }
-        reply
     }
 
     fn open(&self, why_not: &'static str) -> Reply {
@@ -329,13 +337,18 @@ impl<'a> Question<'a> {
     }
 
     /// Whether there is a payload or a force on the tool at some time.
-    fn carries(&self) -> bool {
-        let payloads = self.window.machine().payloads();
-        let mut carries = false;
+    /// Mass of the payloads that are attached in the rows of the event, where they differ the largest (kg).
+    pub(crate) fn payload_kg(&self) -> f64 {
+        let mut largest_kg: f64 = 0.0;
         self.window.for_each_state(|state| {
-            let shares = state.payload_share.iter().zip(payloads);
-            let attached = shares.map(|(share, payload)| share * payload.inertia.mass);
-            carries |= attached.sum::<f64>() > 0.0;
+            largest_kg = largest_kg.max(attached_kg(self.machine(), state));
+        });
+        largest_kg
+    }
+
+    fn carries(&self) -> bool {
+        let mut carries = self.payload_kg() > 0.0;
+        self.window.for_each_state(|state| {
             carries |= state.tool_wrench.force.norm() > SMALLEST_FORCE;
         });
         carries

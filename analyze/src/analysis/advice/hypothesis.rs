@@ -22,7 +22,8 @@ pub(crate) enum Hypothesis {
     Speed(f64),
     /// The joints do, and the base rests as recorded.
     ArmSpeed(f64),
-    /// More mass of the payloads, in proportion, or on the tool where none is stated; less where negative (kg).
+    /// More mass of the payloads that are attached at a time, in proportion, or on the tool where none is stated; less where
+    /// negative (kg).
     Payload(f64),
     /// No payload, and no force on the tool.
     WithoutLoad,
@@ -62,6 +63,10 @@ fn laden(machine: &Machine, more_kg: f64) -> Result<Machine, &'static str> {
     if stated_kg > 0.0 {
         if stated_kg + more_kg < 0.0 {
             return Err(word!("the payload weighs less than is taken from it"));
+        }
+        if !are_always_attached(machine) {
+            // those that share it at a time, the states tell
+            return Ok(machine.clone());
         }
         let of = |(payload, spec): (usize, &Payload)| {
             let share = spec.inertia.mass / stated_kg;
@@ -126,7 +131,17 @@ impl<'m> Supposed<'m> {
                 }
             }
             // the machine is another one
-            Hypothesis::Payload(_) => {}
+            Hypothesis::Payload(_) if are_always_attached(self.machine) => {}
+            Hypothesis::Payload(more_kg) => {
+                let attached_kg = attached_kg(self.machine, state);
+                if attached_kg > 0.0 {
+                    let factor = 1.0 + more_kg / attached_kg;
+                    // nobody knows what takes more than is there
+                    let factor = if factor < 0.0 { f64::NAN } else { factor };
+                    let shares = state.payload_share.iter_mut();
+                    shares.for_each(|share| *share *= factor);
+                }
+            }
             Hypothesis::Joint(joint, offset) => state.joints[*joint].position += offset,
         }
     }
@@ -173,6 +188,18 @@ impl<'m> Supposed<'m> {
         let least = distances.reduce(|a, b| if b < a { b } else { a });
         least.unwrap_or(f64::NAN)
     }
+}
+
+fn are_always_attached(machine: &Machine) -> bool {
+    machine.payloads().iter().all(Payload::is_always)
+}
+
+/// Mass of the payloads that are attached in a state (kg).
+pub(super) fn attached_kg(machine: &Machine, state: &State<f64>) -> f64 {
+    let shares = state.payload_share.iter().zip(machine.payloads());
+    shares
+        .map(|(share, payload)| share * payload.inertia.mass)
+        .sum()
 }
 
 /// Whether a joint moves parts of the arm and nothing else.

@@ -52,7 +52,9 @@ impl PreparedMachine {
             let note = say!("Utilisation is unknown: {error}.");
             loaded.notes.push(note);
         }
-        if let Some((hypotheses, _)) = task.supposed {
+        let recorded_machine = loaded.machine.clone();
+        let hypotheses = task.supposed.map(|(hypotheses, _)| hypotheses);
+        if let Some(hypotheses) = hypotheses {
             let machine = Hypothesis::machine(hypotheses, &loaded.machine.measured_at_base())
                 .map_err(Error::msg)?;
             let recorded_by = std::mem::replace(&mut loaded.machine, machine);
@@ -67,7 +69,17 @@ impl PreparedMachine {
                 ))
             });
         }
-        let on_supports = supports::of_rows(loaded, &rows.times_ns, read.scope);
+        // what is supposed changes no reference load
+        let suppose = |machine: Machine| match hypotheses {
+            Some(all) => Hypothesis::machine(all, &machine.measured_at_base()),
+            None => Ok(machine),
+        };
+        let on_supports = supports::of_rows(
+            loaded,
+            (&recorded_machine, &suppose),
+            &rows.times_ns,
+            read.scope,
+        );
         Ok(Self {
             measured_loads,
             payloads,

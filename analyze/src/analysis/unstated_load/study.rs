@@ -156,7 +156,7 @@ fn explained(
     }
     let of_load = trials.iter().position(|trial| trial.kind == "load_on_tool");
     let load = of_load.and_then(|place| {
-        let link = machine.links()[scene.load?.link].name.clone();
+        let link = machine.links()[scene.load?.tool].name.clone();
         let fitted = fitted[place].as_ref()?;
         Some(estimates(link, &equations, fitted, no_lean, machine.mass()))
     });

@@ -581,8 +581,9 @@ fn smallest(analysis: &Analysis, row: usize, wheel: usize) -> String {
 fn assumptions(analysis: &Analysis) -> String {
     let contact = analysis.machine.contact();
     let wheels = analysis.digest.wheels.iter();
-    let mut lowest = wheels.filter_map(|wheel| wheel.lowest);
-    let split = match lowest.any(|lowest| lowest.is_split_open) {
+    let lowest = wheels.filter_map(|wheel| wheel.lowest);
+    let is_open: Vec<bool> = lowest.map(|lowest| lowest.is_split_open).collect();
+    let split = match is_open.is_empty() || is_open.contains(&true) {
         true => split_rule(&analysis.machine),
         false => word!("by equilibrium alone").into(),
     };

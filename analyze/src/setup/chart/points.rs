@@ -231,13 +231,14 @@ fn load_place(machine: &Machine, link: Option<&str>) -> Result<(LoadOnTool, Stri
                 "expected [arm] in the machine file, or --link LINK, which carries the load; found neither"
             );
         };
-        return Ok((load, machine.links()[load.link].name.clone()));
+        return Ok((load, machine.links()[load.tool].name.clone()));
     };
     let Some(index) = machine.links().iter().position(|link| link.name == name) else {
         bail!("--link: expected a link of the URDF, found \"{name}\"");
     };
     let link = &machine.links()[index];
     let load = LoadOnTool {
+        tool: index,
         link: index,
         body: link.body,
         place: link.body_from_link.translation.vector,

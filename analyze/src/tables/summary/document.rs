@@ -172,11 +172,13 @@ pub struct MonteCarloSummary {
     pub(super) left_out: u64,
 }
 
-/// The wheel that came closest to lift-off, and the sensitivity of its load.
+/// The wheel that came closest to lift-off, of the rows with derivatives where there are any, and the sensitivity of its load.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct SensitivitySummary {
     pub(super) wheel: String,
+    /// When its OTF was smallest, of the rows with derivatives where there are any (ns).
     pub(super) worst_ns: i64,
+    /// That OTF (N); one without derivatives can be smaller.
     pub(super) worst_otf_n: f64,
     /// The parameters with the largest share of the variance, largest first.
     pub(super) parameters: Vec<ParameterSummary>,
