@@ -441,7 +441,7 @@ fn the_first_sentences_are_no_surer_than_the_findings() {
         "{}",
         &lift[..600]
     );
-    assert!(lift.contains("Tilt of the platform (logged: roll 6.5°"));
+    assert!(lift.contains("Slope of the ground (logged: 5.6°)"));
     // gyro and attitude show the lift before the loads show the wheel light
     let unstated = words(&page(&analysis("unstated_load")));
     let told = "stood still. Wheel FR left the ground at t = 3.63 ± 0.08 s and the machine tipped about the left edge from t = 3.63";
