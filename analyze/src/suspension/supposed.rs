@@ -183,10 +183,8 @@ impl Suppositions {
             };
             hypotheses.push(Hypothesis::Joint(joint, *offset));
         }
-        hypotheses.extend(self.speed.map(|times| match base_rests {
-            true => Hypothesis::ArmSpeed(times),
-            false => Hypothesis::Speed(times),
-        }));
+        let speed = |times| Hypothesis::speed(times, base_rests);
+        hypotheses.extend(self.speed.map(speed));
         if self.level {
             let slope = GroundSlope::of(&recorded.machine, &recorded.rows).context(
                 "--slope-level: expected an attitude and a machine that is calm at some time, found no slope of the ground",

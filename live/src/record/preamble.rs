@@ -30,7 +30,6 @@ pub(super) fn preamble(
             Sensor::Odometry => topics::odometry(),
             Sensor::ToolWrench => topics::tool_wrench(),
             Sensor::Number(kind, index) => {
-                let payload = |index: usize| &machine.payload_signals()[index].quantity;
                 let name = match kind {
                     NumberKind::Actuator => actuator_topic(machine, sensors, index),
                     NumberKind::Switch => {
@@ -45,7 +44,7 @@ pub(super) fn preamble(
                         let joint = machine.joint_commands()[index].joint;
                         monitor_topic::joint_command(&machine.joints()[joint].name)
                     }
-                    NumberKind::Payload => match *payload(index) {
+                    NumberKind::Payload => match machine.payload_signals()[index].quantity {
                         PayloadQuantity::Mass(payload) => monitor_topic::payload_mass(payload + 1),
                         PayloadQuantity::Lift { linkage, signal } => {
                             let linkage = &file.spec.linkage[linkage];

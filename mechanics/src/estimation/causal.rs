@@ -301,10 +301,9 @@ impl CausalEstimator {
             let is_sound = result == Ok(Credible(true));
             self.repeats[place].1.judge(is_sound);
         }
-        let counts = self.counts.iter_mut().filter(|_| !self.is_repeat);
-        if let Some((_, counts)) = counts
-            .into_iter()
-            .find(|(sensor, _)| *sensor == sample.sensor)
+        let mut counts = self.counts.iter_mut();
+        if !self.is_repeat
+            && let Some((_, counts)) = counts.find(|(sensor, _)| *sensor == sample.sensor)
         {
             counts.count(result);
         }

@@ -69,12 +69,8 @@ pub struct HydraulicParameters {
 }
 
 impl HydraulicsSpec {
-    /// The first invalid parameter: its key, what was expected, what was found.
+    /// The first parameter that another one makes invalid: its key, what was expected, what was found.
     pub(crate) fn fault(&self) -> Option<(&'static str, &'static str, String)> {
-        let numbers = self.numbers();
-        if let Some(wrong) = numbers.iter().find(|number| !number.is_in_range()) {
-            return Some((wrong.key, wrong.range.expected, wrong.value.to_string()));
-        }
         if self.rod >= self.bore {
             return Some(("rod", "a diameter below the bore", self.rod.to_string()));
         }

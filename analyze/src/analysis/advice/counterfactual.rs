@@ -170,10 +170,7 @@ impl<'a> Question<'a> {
 
     /// So many times the speed of what moved in the event.
     pub(crate) fn speed(&self, times: f64) -> Hypothesis {
-        match self.base_rests {
-            true => Hypothesis::ArmSpeed(times),
-            false => Hypothesis::Speed(times),
-        }
+        Hypothesis::speed(times, self.base_rests)
     }
 
     /// How near the wheels come to lifting on a machine under hypotheses, whatever was recorded of the event.

@@ -34,6 +34,14 @@ pub(crate) enum Hypothesis {
 }
 
 impl Hypothesis {
+    /// So many times the speed of what moves: of the arm alone where the base rests.
+    pub(crate) fn speed(times: f64, base_rests: bool) -> Self {
+        match base_rests {
+            true => Self::ArmSpeed(times),
+            false => Self::Speed(times),
+        }
+    }
+
     /// The machine under hypotheses.
     ///
     /// # Errors

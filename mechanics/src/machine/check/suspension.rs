@@ -24,6 +24,7 @@ impl Checker<'_> {
                 return Err(self.value_error(key, "a positive number", value));
             }
         }
+        self.check_ranges("suspension.hydraulics", &spec.hydraulics.numbers())?;
         if let Some((key, expected, found)) = spec.hydraulics.fault() {
             let place = format!("suspension.hydraulics.{key}");
             return Err(self.value_error(place, expected, found));
