@@ -115,6 +115,42 @@ fn formats_are_seen_in_the_content() {
     assert_eq!(ContainerFormat::of(b""), None);
 }
 
+/// Someone cut frames out of a long trace.
+#[test]
+fn an_asc_file_without_its_header_is_read_as_hexadecimal() {
+    let text = "   6.474846 1  18FECA03x       Rx   d 2 04 FF  Length = 559804 BitCount = 144 ID = 419351043x\n";
+    let mut source = Container::open(Cursor::new(text)).unwrap();
+    assert_eq!(source.format(), ContainerFormat::Asc);
+    let mut frame = Frame::default();
+    assert!(source.next_frame(&mut frame).unwrap());
+    assert_eq!(
+        (frame.time_ns, frame.data()),
+        (6_474_846_000, &[0x04, 0xff][..])
+    );
+    assert!(
+        source
+            .notes()
+            .iter()
+            .any(|note| note.contains("hexadecimal"))
+    );
+}
+
+/// Editors and other programs of Windows write a mark before the text.
+#[test]
+fn the_mark_of_a_text_in_utf_8_belongs_to_no_line() {
+    for name in ["mixed.log", "mixed.asc", "classical.trc"] {
+        let plain = data(name);
+        let marked = [b"\xef\xbb\xbf", &plain[..]].concat();
+        assert_eq!(ContainerFormat::of(&marked), ContainerFormat::of(&plain));
+        let of_frames = |bytes: &[u8]| {
+            let (found, lost) = frames(bytes);
+            let times: Vec<i64> = found.iter().map(|(_, frame)| frame.time_ns).collect();
+            (times, lost)
+        };
+        assert_eq!(of_frames(&marked), of_frames(&plain), "{name}");
+    }
+}
+
 #[test]
 fn terminal_output_of_candump_is_read() {
     let text = " (1700000000.500000)  can0  123   [2]  AB CD\n (1700000001.000000)  can0  18FEF100   [8]  00 01 02 03 04 05 06 07\n \

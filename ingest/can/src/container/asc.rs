@@ -27,9 +27,22 @@ pub(super) fn is_header(line: &[u8]) -> bool {
     }
 }
 
+/// Whether a line is a frame, as in a part of a file without its header.
+pub(super) fn is_frame(line: &[u8]) -> bool {
+    let mut words = words(line);
+    let time = words.next();
+    time.is_some_and(|time| time.contains(&b'.') && seconds(time).is_some())
+        && words.next().and_then(decimal).is_some()
+        && words.next().is_some()
+        && matches!(words.next(), Some(b"Rx" | b"Tx"))
+        && matches!(words.next(), Some(b"d" | b"r"))
+}
+
 #[derive(Debug)]
 pub(super) struct Asc<R> {
     lines: Lines<R>,
+    /// Whether a line stated the base of numbers.
+    has_base: bool,
     is_decimal: bool,
     is_relative: bool,
     start_ns: i64,
@@ -49,6 +62,7 @@ impl<R: BufRead> Asc<R> {
     pub(super) fn new(source: R) -> Self {
         Self {
             lines: Lines::new(source),
+            has_base: false,
             is_decimal: false,
             is_relative: false,
             start_ns: 0,
@@ -72,7 +86,15 @@ impl<R: BufRead> Asc<R> {
                 true => self.event(&line, frame, channels),
             };
             match line_is {
-                Line::Frame => return Ok(true),
+                Line::Frame => {
+                    if !self.has_base {
+                        self.has_base = true;
+                        lost.note(word!(
+                            "the file does not state the base of its numbers: they are taken as hexadecimal, and times as absolute"
+                        ));
+                    }
+                    return Ok(true);
+                }
                 Line::Other => {}
                 Line::Wrong => {
                     let shown = shown(&line);
@@ -91,6 +113,7 @@ impl<R: BufRead> Asc<R> {
         match first {
             b"base" => {
                 let has = |word: &[u8]| words(line).any(|found| found == word);
+                self.has_base = true;
                 self.is_decimal = has(b"dec");
                 self.is_relative = has(b"relative");
                 true
@@ -275,35 +298,63 @@ impl<R: BufRead> Asc<R> {
     }
 }
 
-/// `Sat Sep 30 15:06:13.191 2017`, also with `am` or `pm`.
+/// How the names of months begin, in English and in German, in which a program writes them as its computer does.
+const MONTHS: [&[&[u8]]; 12] = [
+    &[b"jan", b"j\xe4n", "j\u{e4}n".as_bytes()],
+    &[b"feb"],
+    &[b"mar", b"mrz", b"m\xe4r", "m\u{e4}r".as_bytes()],
+    &[b"apr"],
+    &[b"may", b"mai"],
+    &[b"jun"],
+    &[b"jul"],
+    &[b"aug"],
+    &[b"sep"],
+    &[b"oct", b"okt"],
+    &[b"nov"],
+    &[b"dec", b"dez"],
+];
+
+/// `Sat Sep 30 15:06:13.191 2017`, also with `am` or `pm`; or `30.09.2017 15:06:13.191` and `2017-09-30 15:06:13.191`.
 fn date_ns(text: &[u8]) -> Option<i64> {
-    const MONTHS: [&[u8]; 12] = [
-        b"jan", b"feb", b"mar", b"apr", b"may", b"jun", b"jul", b"aug", b"sep", b"oct", b"nov",
-        b"dec",
-    ];
     let mut words = words(text);
-    words.next()?;
-    let month = words.next()?.to_ascii_lowercase();
-    let month = MONTHS
-        .iter()
-        .position(|name| month.get(..3) == Some(name))? as i64
-        + 1;
-    let day = decimal(words.next()?)?;
-    let mut clock = words.next()?.split(|&byte| byte == b':');
-    let (hour, minute) = (decimal(clock.next()?)?, decimal(clock.next()?)?);
-    let second_ns = seconds(clock.next()?)?;
-    let mut year = words.next()?;
-    let mut hour = hour;
-    match year.to_ascii_lowercase().as_slice() {
-        b"pm" => hour = hour % 12 + 12,
-        b"am" => hour %= 12,
-        _ => {}
+    let first = words.next()?;
+    if let Some([year, month, day]) = numeric_date(first) {
+        return time_of_day_ns(words.next()?, words.next(), [year, month, day]);
     }
-    if year.len() == 2 {
+    let month = words.next()?.to_ascii_lowercase();
+    let is_month = |names: &[&[u8]]| names.iter().any(|name| month.starts_with(name));
+    let month = MONTHS.iter().position(|names| is_month(names))? as i64 + 1;
+    let day = decimal(words.next()?)?;
+    let clock = words.next()?;
+    let mut year = words.next()?;
+    let half = (year.len() == 2).then_some(year);
+    if half.is_some() {
         year = words.next()?;
     }
-    let year = decimal(year)?;
-    unix_ns([year, month, day], [hour, minute], second_ns)
+    time_of_day_ns(clock, half, [decimal(year)?, month, day])
+}
+
+/// Year, month and day of `30.09.2017` or `2017-09-30`.
+fn numeric_date(word: &[u8]) -> Option<[i64; 3]> {
+    let numbers = |mark: u8| -> Option<[i64; 3]> {
+        let parts: Option<Vec<i64>> = word.split(|&byte| byte == mark).map(decimal).collect();
+        parts?.try_into().ok()
+    };
+    let days_first = numbers(b'.').map(|[day, month, year]| [year, month, day]);
+    days_first.or_else(|| numbers(b'-'))
+}
+
+/// Nanoseconds since 1970 of a date and `15:06:13.191`, with `am` or `pm` behind it or without.
+fn time_of_day_ns(clock: &[u8], half: Option<&[u8]>, date: [i64; 3]) -> Option<i64> {
+    let mut clock = clock.split(|&byte| byte == b':');
+    let (mut hour, minute) = (decimal(clock.next()?)?, decimal(clock.next()?)?);
+    let second_ns = seconds(clock.next()?)?;
+    match half.map(<[u8]>::to_ascii_lowercase).as_deref() {
+        Some(b"pm") => hour = hour % 12 + 12,
+        Some(b"am") => hour %= 12,
+        _ => {}
+    }
+    unix_ns(date, [hour, minute], second_ns)
 }
 
 #[cfg(test)]
@@ -311,11 +362,49 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_part_without_its_header_is_seen_by_its_frames() {
+        for line in [
+            &b"    6.474846 1  18FECA03x       Rx   d 8 04 FF 22 EE E3 81 FF FF  Length = 559804"[..],
+            b"0.1 2 123 Tx r",
+        ] {
+            assert!(is_frame(line));
+        }
+        for line in [
+            &b"6 1 18FECA03x Rx d 8"[..],
+            b"0.1 1 Statistic: D 1",
+            b"0.1 boom 3 Rx d 1",
+        ] {
+            assert!(!is_frame(line));
+        }
+    }
+
+    #[test]
     fn val_dates_are_those_of_the_calendar() {
         // `date -u -d "2017-09-30 15:06:13" +%s`
         let expected = 1_506_783_973_191_000_000;
         assert_eq!(date_ns(b" Sat Sep 30 15:06:13.191 2017"), Some(expected));
         assert_eq!(date_ns(b" Sat Sep 30 03:06:13.191 pm 2017"), Some(expected));
+        for text in [
+            &b" Sam Sep 30 15:06:13.191 2017"[..],
+            b" 30.09.2017 15:06:13.191",
+            b" 2017-09-30 15:06:13.191",
+            b" 30.09.2017 03:06:13.191 PM",
+        ] {
+            assert_eq!(date_ns(text), Some(expected), "{}", text.escape_ascii());
+        }
+        // German months, in Latin-1 and UTF-8: `date -u -d "2023-03-07 15:06:13" +%s`, and October, May and December
+        for (text, seconds) in [
+            (&b" Die M\xe4r 7 15:06:13 2023"[..], 1_678_201_573_i64),
+            ("Die M\u{e4}r 7 15:06:13 2023".as_bytes(), 1_678_201_573),
+            (b" Die Mrz 7 15:06:13 2023", 1_678_201_573),
+            (b" Sam Okt 7 03:06:13 PM 2023", 1_696_691_173),
+            (b" Mit Mai 3 15:06:13 2023", 1_683_126_373),
+            (b" Mit Dez 6 15:06:13 2023", 1_701_875_173),
+        ] {
+            let expected = Some(seconds * 1_000_000_000);
+            assert_eq!(date_ns(text), expected, "{}", text.escape_ascii());
+        }
         assert_eq!(date_ns(b" Sam Okt 40 03:06:13.191 2017"), None);
+        assert_eq!(date_ns(b" Sam Xyz 4 03:06:13.191 2017"), None);
     }
 }

@@ -1,5 +1,8 @@
 //! What kind of file it is, by its first bytes.
 
+/// What some programs write before a text in UTF-8.
+pub(super) const UTF8_MARK: &[u8] = b"\xef\xbb\xbf";
+
 /// The format of a file of frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ContainerFormat {
@@ -25,6 +28,7 @@ impl ContainerFormat {
         if beginning.starts_with(b"MDF     ") || beginning.starts_with(b"UnFinMF ") {
             return Some(Self::Mf4);
         }
+        let beginning = beginning.strip_prefix(UTF8_MARK).unwrap_or(beginning);
         // a line that the end of the bytes cuts is judged as well
         let lines = beginning.split(|&byte| byte == b'\n').take(64);
         let lines = lines
@@ -34,7 +38,7 @@ impl ContainerFormat {
             if super::candump::is_line(line) {
                 return Some(Self::Candump);
             }
-            if super::asc::is_header(line) {
+            if super::asc::is_header(line) || super::asc::is_frame(line) {
                 return Some(Self::Asc);
             }
             if super::trc::is_line(line) {

@@ -6,6 +6,8 @@ use std::{
     slice::EscapeAscii,
 };
 
+use super::format::UTF8_MARK;
+
 /// Far above the longest line of a frame.
 const MOST_LINE_BYTES: u64 = 4096;
 
@@ -76,9 +78,11 @@ impl<R: BufRead> Lines<R> {
         &self.buffer
     }
 
-    /// The line without spaces around it.
+    /// The line without spaces around it and the mark of a text.
     pub(super) fn line(&self) -> &[u8] {
-        self.buffer.trim_ascii()
+        let line = self.buffer.trim_ascii();
+        let without_mark = line.strip_prefix(UTF8_MARK).filter(|_| self.start == 0);
+        without_mark.unwrap_or(line)
     }
 }
 
