@@ -821,3 +821,24 @@ fn stamps_of_whole_seconds_give_way_to_the_log_time() {
     assert!(error < 0.7, "{error} ms");
     assert_eq!(odom.stamps_ns.len(), MESSAGES as usize);
 }
+
+/// Two publishers by turns, of which one counts from the start of its computer: a clock that was corrected once would leave half of
+/// the messages where they were.
+#[test]
+fn publishers_with_clocks_of_their_own_are_put_by_log_time() {
+    for behind in [1000 * S, 3 * S] {
+        let message = |i: i64| sound(at(i), i).stamped(at(i) - i % 2 * behind);
+        let recordings = recorded(&log_of(&[("/a", all(message))], false));
+        let recording = &recordings["/a"];
+        assert!(largest_error_ms(recording, at) < 4.0);
+        assert_eq!(recording.reading.clock.source, StampSource::Log);
+        assert!(recording.reading.clock.reason.contains("share the topic"));
+    }
+    // one clock, and a transport that delays every other message
+    let late = |i: i64| {
+        let time = at(i - i % 2 * 30);
+        sent(time, at(i) + delay(i))
+    };
+    let recordings = recorded(&log_of(&[("/a", all(late))], false));
+    assert_eq!(recordings["/a"].reading.clock.source, StampSource::Header);
+}

@@ -13,7 +13,7 @@ use super::{
     stamp::{StampDecision, StampSource},
     stamp_steps::{self, MOST_STEPS, StampStep, Stamped},
     statistics::TopicStatistics,
-    strays::Strays,
+    strays::{self, Strays},
     time::NS_PER_S,
     times::{Stamps, Times, shift_at},
 };
@@ -58,10 +58,12 @@ impl<'t> OwnClock<'t> {
             steps: Vec::new(),
         };
         clock.analyse(statistics);
-        let Some(against) = clock.why_unusable() else {
+        let several = clock.several_clocks(statistics);
+        let is_several = several.is_some();
+        let Some(against) = several.or_else(|| clock.why_unusable()) else {
             return clock;
         };
-        let source = match statistics.has_publish_times() {
+        let source = match statistics.has_publish_times() && !is_several {
             true if clock.decision.source == StampSource::Header => StampSource::Publish,
             _ => StampSource::Log,
         };
@@ -126,6 +128,27 @@ impl<'t> OwnClock<'t> {
             };
             self.steps = stamp_steps::find(stamps.len(), at, period_ns);
         }
+    }
+
+    /// What shows that publishers with clocks of their own share the topic: the times go back, farther than any transport delays
+    /// a message, again and again.
+    fn several_clocks(&self, statistics: &TopicStatistics) -> Option<String> {
+        let source = self.decision.source;
+        let messages = self.times.len();
+        let are_many = |count: usize| count * strays::MOST_SHARE > messages;
+        if source == StampSource::Log || !are_many(statistics.steps(source).backward) {
+            return None;
+        }
+        let times: Vec<i64> = self.stamps().iter().flatten().collect();
+        let steps = times.windows(2).map(|pair| pair[0].saturating_sub(pair[1]));
+        let mut back: Vec<i64> = steps.filter(|step| *step > ONE_CLOCK_NS).collect();
+        let count = back.len();
+        let usual_s = median_ns(&mut back)? as f64 / NS_PER_S;
+        are_many(count).then(|| {
+            say!(
+                "goes back in {count} of {messages} messages, as a rule by {usual_s:.3} s: publishers with clocks of their own share the topic"
+            )
+        })
     }
 
     fn why_unusable(&self) -> Option<String> {
