@@ -13,7 +13,7 @@ use parquet::{
     schema::{parser::parse_message_type, types::Type},
 };
 use tipwatch_ingest::{
-    DateOrder, FieldRequest, Log, ReadOptions, TableOptions, TimeUnit, record_fields,
+    DateOrder, Error, FieldRequest, Log, ReadOptions, TableOptions, TimeUnit, record_fields,
     topic_contents,
 };
 
@@ -531,6 +531,48 @@ fn tables_of_common_loggers_are_read_as_they_are() {
             assert_eq!((field.first, field.last), (Some(1.0), Some(2.0)), "{text}");
         }
     }
+}
+
+/// As pandas writes the times by which it finds rows.
+#[test]
+fn times_in_a_first_column_without_a_name_are_the_time() {
+    for (name, first, second) in [
+        ("", "2023-11-14 22:13:20", "2023-11-14 22:13:20.020"),
+        (
+            "Unnamed: 0",
+            "2023-11-14 22:13:20+00:00",
+            "2023-11-14 22:13:20.020000+00:00",
+        ),
+        ("", "1700000000.00", "1700000000.02"),
+        ("index", "1700000000000", "1700000000020"),
+    ] {
+        let file = csv(&format!("{name},x\n{first},1\n{second},2\n"));
+        let (times, values, _) = field(&Log::open(&file.path).unwrap(), "x");
+        let expected = [1_700_000_000_000_000_000, 1_700_000_000_020_000_000];
+        assert_eq!(
+            (&times[..], &values[..]),
+            (&expected[..], &[1.0, 2.0][..]),
+            "{name}"
+        );
+    }
+    // a column with the name of a time counts, and numbers of rows are no time
+    let file = csv(",time_s,x\n1700000000,0.5,1\n1700000001,0.6,2\n");
+    let (times, _, _) = field(&Log::open(&file.path).unwrap(), "x");
+    assert_eq!(times, [500_000_000, 600_000_000]);
+    let file = csv(",x\n0,1\n1,2\n");
+    assert!(matches!(Log::open(&file.path), Err(Error::NotALog { .. })));
+}
+
+/// LabVIEW names a column of comments that most rows do not reach.
+#[test]
+fn rows_that_end_with_their_last_value_are_whole() {
+    let file =
+        csv("X_Value\tx\ty\tComment\n0.0\t1\t5\tbegin\n0.1\t2\t6\n0.2\t3\t7\n0.3\t4\t8\n0.4\t5\n");
+    let log = Log::open(&file.path).unwrap();
+    let (times, values, _) = field(&log, "x");
+    assert_eq!((times.len(), &values[..]), (4, &[1.0, 2.0, 3.0, 4.0][..]));
+    assert_eq!(field(&log, "y").1, [5.0, 6.0, 7.0, 8.0]);
+    assert_eq!(log.losses().ranges[0].message_count, Some(1));
 }
 
 #[test]

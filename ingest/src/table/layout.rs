@@ -1,7 +1,7 @@
 //! The layout of a table in text: its separator, what stands before its rows, the names and units of its columns, and
 //! which of them is the time. All of it is found in the first bytes of the file.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use tipwatch_language::say;
 
@@ -34,6 +34,8 @@ pub(crate) struct TextTable {
     pub(crate) lines_before: u64,
     /// Names of all columns; those of a nameless last one are left out.
     pub(crate) names: Vec<String>,
+    /// Cells of a whole row, at least: some programs end a row with its last cell that is not empty.
+    pub(crate) least_cells: usize,
     /// Units by a line below the names; empty without one.
     pub(crate) units: Vec<String>,
     pub(crate) time: TimeSource,
@@ -71,6 +73,18 @@ const SIGNAL_NAMES: [&str; 12] = [
 ];
 const VALUES: [&str; 4] = ["value", "val", "reading", "wert"];
 const UNITS: [&str; 4] = ["unit", "units", "uom", "einheit"];
+
+/// The columns with the name and the value of a signal, among those of texts and those of numbers.
+pub(crate) fn signal_and_value<'n>(
+    texts: &[&'n str],
+    numbers: &[&'n str],
+) -> Option<(&'n str, &'n str)> {
+    let called = |names: &[&'n str], known: &[&str]| {
+        let is_known = |name: &&&str| known.contains(&time::plain(name).as_str());
+        names.iter().find(is_known).copied()
+    };
+    called(texts, &SIGNAL_NAMES).zip(called(numbers, &VALUES))
+}
 
 /// The columns if each row has the name of a signal and its value: by the names of the columns, or because the rows of one time
 /// differ by texts.
@@ -253,7 +267,12 @@ fn below_names(
     let mut names = cells(text, separator);
     let has_end = names.last().is_some_and(String::is_empty);
     let named = names.iter().filter(|name| !name.is_empty()).count();
-    if named == 0 || names.len() < 2 || !time::names_a_time(&names, options) {
+    if let Some(problem) = frames_in(&names) {
+        return Err(Refusal::Unclear(problem));
+    }
+    let names_a_time = time::names_a_time(&names, options);
+    let may_be_time = names_a_time || time::is_index_named(&names);
+    if named == 0 || names.len() < 2 || !may_be_time {
         return Err(Refusal::NotATable);
     }
     let below: Vec<(usize, Vec<String>)> = lines
@@ -320,13 +339,20 @@ fn below_names(
             lines[above[0].0].text.trim().escape_debug()
         ));
     }
-    let sampled: Vec<Vec<String>> = rows.iter().map(|(_, row)| row.clone()).collect();
+    let usual = usual_cells(rows).map_or(names.len(), |cells| cells.min(names.len()));
+    let is_whole = |row: &&(usize, Vec<String>)| row.1.len() >= usual;
+    let sampled: Vec<Vec<String>> = (rows.iter().filter(is_whole))
+        .map(|(_, row)| row.clone())
+        .collect();
     let sample = Sample {
         names: &names,
         units: &units,
         rows: &sampled,
         has_decimal_comma,
     };
+    if !names_a_time && !time::has_index_of_times(&sample) {
+        return Err(Refusal::NotATable);
+    }
     let time = time::find(&sample, options).map_err(Refusal::Unclear)?;
     notes.extend(time.told.clone());
     let by_signal = by_signal(&sample, &time);
@@ -350,6 +376,7 @@ fn below_names(
         rows_at: rows_at as u64,
         lines_before: first_row as u64,
         names,
+        least_cells: usual,
         units,
         time,
         by_signal,
@@ -399,12 +426,58 @@ fn without_names(lines: &[Line], options: &TableOptions) -> Result<TextTable, Re
         has_decimal_comma,
         rows_at: lines[first].at as u64,
         lines_before: first as u64,
+        least_cells: names.len(),
         names,
         units: Vec::new(),
         time,
         by_signal: None,
         notes,
     })
+}
+
+/// What is wrong with a table whose columns are those of CAN frames: their bytes would be taken for numbers.
+fn frames_in(names: &[String]) -> Option<String> {
+    const IDS: [&str; 6] = [
+        "id",
+        "canid",
+        "arbitrationid",
+        "identifier",
+        "messageid",
+        "msgid",
+    ];
+    const LENGTHS: [&str; 4] = ["dlc", "len", "length", "datalength"];
+    const BYTES: [&str; 9] = [
+        "data",
+        "databytes",
+        "payload",
+        "data0",
+        "data1",
+        "d0",
+        "d1",
+        "byte0",
+        "b0",
+    ];
+    let place = |known: &[&str]| {
+        names
+            .iter()
+            .position(|name| known.contains(&time::plain(name).as_str()))
+    };
+    let columns = [place(&IDS)?, place(&LENGTHS)?, place(&BYTES)?].map(|at| names[at].as_str());
+    Some(format!(
+        "each row is a frame of a CAN bus (columns {}): expected the columns of SavvyCAN, of the converters for CANedge or of \
+         python-can; export the trace as Vector ASC or BLF, PEAK TRC, ASAM MF4 or text of candump",
+        columns
+            .map(|name| format!("\"{}\"", name.escape_debug()))
+            .join(", ")
+    ))
+}
+
+/// The cells of most rows.
+fn usual_cells(rows: &[(usize, Vec<String>)]) -> Option<usize> {
+    let mut counts: BTreeMap<usize, usize> = BTreeMap::new();
+    (rows.iter()).for_each(|(_, row)| *counts.entry(row.len()).or_default() += 1);
+    let (cells, count) = counts.into_iter().max_by_key(|(_, count)| *count)?;
+    (2 * count > rows.len()).then_some(cells)
 }
 
 /// Whether most of the rows have a cell for each name, and most of those cells are numbers.
@@ -545,6 +618,14 @@ mod tests {
         assert!(unclear("time,x\n03/04/2026 10:00:00,1\n").contains("--date-order"));
         assert!(unclear("time_s,x\n1700000000000,1\n").contains("--time-unit ms"));
         assert!(unclear("date,x\n14.11.2023,1\n").contains("--time-column"));
+        let frames = unclear("Time,Channel,ID,Flags,DLC,Data0,Data1\n0.5,0,257,0,2,10,20\n");
+        assert!(
+            frames.contains("\"ID\", \"DLC\", \"Data0\"") && frames.contains("candump"),
+            "{frames}"
+        );
+        // as MATLAB writes durations
+        let seconds = found("Time,x\n0.02 sec,1\n0.04 sec,2\n").unwrap().time;
+        assert_eq!(seconds.read(&["0.04 sec"], false), Some(40_000_000));
         let kind =
             |text: &str, change: fn(&mut TableOptions)| with(text, change).unwrap().time.kind;
         assert_eq!(
@@ -628,5 +709,10 @@ mod tests {
                        X_Value\tboom\tComment\n0.000000\t10.5\t\n0.010000\t10.6\t\n";
         let table = found(labview).unwrap();
         assert_eq!(table.names, ["X_Value", "boom", "Comment"]);
+        // rows that end with their last cell that is not empty
+        let table = found("X_Value\tboom\tComment\n0.0\t10.5\tbegin\n0.1\t10.6\n0.2\t10.7\n");
+        assert_eq!(table.unwrap().least_cells, 2);
+        let table = found("time_s,a,b\n0.0,1,2\n0.1,1\n0.2,1,3\n");
+        assert_eq!(table.unwrap().least_cells, 3);
     }
 }

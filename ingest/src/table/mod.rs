@@ -9,7 +9,7 @@ mod time;
 pub use self::options::{DateOrder, TableOptions, TimeUnit};
 pub(crate) use self::{
     date::is_ambiguous,
-    layout::{BySignal, Refusal, TextTable, join_blanks},
+    layout::{BySignal, Refusal, TextTable, join_blanks, signal_and_value},
     number::{Mark, decimal_mark, grouped_once, number},
     time::{
         DaysPassed, Kind, Sample, TimeSource, find, from_float, is_name_of_time, is_same_column,

@@ -9,7 +9,7 @@ use super::{
 };
 
 /// Names of columns of time: without a unit, in lower case, only letters and digits.
-const NAMES: [&str; 41] = [
+const NAMES: [&str; 68] = [
     "t",
     "time",
     "timestamp",
@@ -51,15 +51,47 @@ const NAMES: [&str; 41] = [
     "zeitstempel",
     "datum",
     "uhrzeit",
+    "datumuhrzeit",
+    "datumzeit",
+    "zeitpunkt",
+    "messzeit",
+    "relzeit",
+    "abszeit",
+    "ts",
+    "devicetime",
+    "timestampepoch",
+    "createdat",
+    "recordedat",
+    "receivedat",
+    "eventtime",
+    "measurementtime",
+    "relativetime",
+    "reltime",
+    "absolutetime",
+    "abstime",
+    "timesincestart",
+    "uptime",
+    "horodatage",
+    "temps",
+    "heure",
+    "dateheure",
+    "tiempo",
+    "hora",
+    "fechahora",
 ];
 /// Names of which the program that writes them fixes the unit.
-const FIXED: [(&str, TimeUnit); 3] = [
+const FIXED: [(&str, TimeUnit); 6] = [
     // PlotJuggler
     ("__time", TimeUnit::Seconds),
     // rostopic echo -p
     ("%time", TimeUnit::Nanoseconds),
     // LabVIEW
     ("x_value", TimeUnit::Seconds),
+    // asammdf
+    ("timestamps", TimeUnit::Seconds),
+    // sketches for Arduino, after the functions
+    ("millis", TimeUnit::Milliseconds),
+    ("micros", TimeUnit::Microseconds),
 ];
 /// The last words of the names of two columns that are one stamp.
 const SECONDS: [&str; 4] = ["sec", "secs", "seconds", "s"];
@@ -131,7 +163,7 @@ impl TimeSource {
         let (first, second) = (cells.first()?.trim(), cells.get(1));
         match self.kind {
             Kind::Multiples(unit_ns) => {
-                let text = with_point(first, has_decimal_comma);
+                let text = with_point(without_unit(first).0, has_decimal_comma);
                 decimal_ns(&text, unit_ns).or_else(|| from_float(text.parse().ok()?, unit_ns))
             }
             Kind::SpreadsheetDays => {
@@ -231,6 +263,27 @@ pub(crate) fn is_same_column(column: &str, named: &str) -> bool {
     column.trim().eq_ignore_ascii_case(named.trim()) || plain(column) == plain(named)
 }
 
+/// Whether the first column has the name that programs give to rows: none, or that of a column without one. Its cells are the
+/// times where they are dates, or numbers since 1970.
+pub(super) fn is_index_named(names: &[String]) -> bool {
+    let first = names.first().map(|name| name.trim().to_lowercase());
+    first.is_some_and(|name| matches!(name.as_str(), "" | "index" | "unnamed: 0"))
+}
+
+/// Whether the first column is such an index of times.
+pub(super) fn has_index_of_times(sample: &Sample<'_>) -> bool {
+    let texts = sample.column_texts(&[0]);
+    let date = |text: &str| {
+        date::is_ambiguous(text) || date::parse(text, None).is_some_and(|stamp| stamp.has_date)
+    };
+    let is_date = |cells: &Vec<&str>| cells.first().is_some_and(|text| date(text));
+    let as_number = |cells: &Vec<&str>| number(cells.first()?, sample.has_decimal_comma);
+    let numbers: Vec<f64> = texts.iter().filter_map(as_number).collect();
+    is_index_named(sample.names)
+        && !texts.is_empty()
+        && (texts.iter().all(is_date) || epoch_unit_of(&numbers).is_some())
+}
+
 /// Whether a line of names has a column that can be the time.
 pub(super) fn names_a_time(names: &[String], options: &TableOptions) -> bool {
     match &options.time_column {
@@ -255,7 +308,8 @@ pub(crate) fn find(sample: &Sample<'_>, options: &TableOptions) -> Result<TimeSo
         return Ok(source.with_part(sample));
     }
     let mut refusal = None;
-    for columns in candidates(sample.names) {
+    let index = has_index_of_times(sample).then(|| vec![0]);
+    for columns in candidates(sample.names).into_iter().chain(index) {
         match choose(&sample.column_texts(&columns), &columns, sample, options) {
             Ok(source) => return Ok(source.with_part(sample)),
             Err(problem) => refusal = refusal.or(Some(problem)),
@@ -320,6 +374,9 @@ fn has_stamps(texts: &[Vec<&str>]) -> bool {
 
 fn shown(names: &[String]) -> String {
     const MOST: usize = 12;
+    if names.is_empty() {
+        return "none".to_owned();
+    }
     let mut text: Vec<String> = names
         .iter()
         .take(MOST)
@@ -408,7 +465,7 @@ fn choose(
         part_ns: None,
         told,
     };
-    let as_number = |text: &str| number(text, sample.has_decimal_comma);
+    let as_number = |text: &str| number(without_unit(text).0, sample.has_decimal_comma);
     let first = columns.first().copied().unwrap_or_default();
     let in_name = unit_in_name(name(first)).flatten();
     let Some(example) = texts.first() else {
@@ -459,13 +516,16 @@ fn choose(
         });
         return Ok(source(Kind::of(unit), told));
     }
-    if let Some(unit) = in_name.or(below) {
-        let stated = source(
-            Kind::of(unit),
-            below
-                .filter(|_| in_name.is_none())
-                .map(|unit| say!("time: {called}, in {unit} by the line of units")),
-        );
+    let of_cell = |cells: &Vec<&str>| without_unit(cells.first()?).1;
+    let in_cells = texts.first().and_then(of_cell);
+    let in_cells = in_cells.filter(|unit| texts.iter().all(|cells| of_cell(cells) == Some(*unit)));
+    if let Some(unit) = in_name.or(below).or(in_cells) {
+        let told = match (in_name, below) {
+            (Some(_), _) => None,
+            (None, Some(unit)) => Some(say!("time: {called}, in {unit} by the line of units")),
+            (None, None) => Some(say!("time: {called}, in {unit} by its cells")),
+        };
+        let stated = source(Kind::of(unit), told);
         let is_read = |cells: &Vec<&str>| stated.read(cells, sample.has_decimal_comma).is_some();
         return match (texts.iter().any(is_read), of_epoch) {
             (false, Some(unit)) => Err(format!(
@@ -639,6 +699,8 @@ fn unit_in_name(name: &str) -> Option<Option<TimeUnit>> {
     let bare = name.trim_end_matches(is_end);
     if let Some((base, unit)) = bare.rsplit_once(open)
         && let Some(unit) = unit_of(unit.trim())
+        // "time in ms"
+        && let base = base.trim_end().strip_suffix(" in").unwrap_or(base)
         && NAMES.contains(&plain(base).as_str())
     {
         return Some(Some(unit));
@@ -670,6 +732,16 @@ pub(super) fn plain(name: &str) -> String {
 pub(super) fn unit_cell(cell: &str) -> Option<TimeUnit> {
     let bare = |c: char| matches!(c, '[' | ']' | '(' | ')' | ' ');
     unit_of(&cell.trim_matches(bare).to_lowercase())
+}
+
+/// A number and the unit behind it, as MATLAB writes durations: `0.02 sec`.
+fn without_unit(cell: &str) -> (&str, Option<TimeUnit>) {
+    let parts = cell.trim().rsplit_once(' ');
+    let unit = parts.and_then(|(_, unit)| unit_of(&unit.to_lowercase()));
+    match (parts, unit) {
+        (Some((number, _)), Some(unit)) => (number.trim_end(), Some(unit)),
+        _ => (cell, None),
+    }
 }
 
 fn unit_of(text: &str) -> Option<TimeUnit> {
@@ -749,6 +821,15 @@ mod tests {
             ("time2", None),
             ("lap - 1", None),
             ("__timestamp", Some(None)),
+            ("Zeit in ms", Some(Some(TimeUnit::Milliseconds))),
+            ("Rel. time [s]", Some(Some(TimeUnit::Seconds))),
+            ("uptime_ms", Some(Some(TimeUnit::Milliseconds))),
+            ("Temps (s)", Some(Some(TimeUnit::Seconds))),
+            ("millis", Some(Some(TimeUnit::Milliseconds))),
+            ("Datum/Uhrzeit", Some(None)),
+            ("timestamps", Some(Some(TimeUnit::Seconds))),
+            ("created_at", Some(None)),
+            ("ts", Some(None)),
             ("boom_angle", None),
             ("lift_time_s", None),
             ("times", None),

@@ -398,7 +398,7 @@ impl Lines {
             .iter()
             .skip(width)
             .any(|cell| !cell.trim_ascii().is_empty());
-        if record.len() < width || is_longer {
+        if record.len() < self.table.least_cells || is_longer {
             return Err(Problem {
                 kind: "cells",
                 text: say!("expected a row of {width} cells, found {}", record.len()),
@@ -435,7 +435,8 @@ impl Lines {
         let time_decimal = texts.first().filter(|_| is_number);
         let time_decimal = time_decimal.and_then(|text| decimal_mark(text));
         if self.table.by_signal.is_none() {
-            let values = record.iter().take(width).enumerate();
+            let missing = std::iter::repeat(&b""[..]);
+            let values = record.iter().chain(missing).take(width).enumerate();
             let values = values.filter(|(at, _)| !time.columns.contains(at));
             cells.extend(values.map(|(_, cell)| self.cell(cell)));
         }

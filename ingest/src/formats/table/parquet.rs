@@ -149,6 +149,14 @@ impl ParquetReader {
         };
         let others = (fields.iter().enumerate()).filter(|(at, _)| !read().any(|read| read == *at));
         let others: Vec<&str> = others.map(|(_, field)| field.name()).collect();
+        let values: Vec<&str> = numbers.iter().map(|&at| columns[at].name()).collect();
+        if let Some((signal, value)) = table::signal_and_value(&others, &values) {
+            return Err(invalid(format!(
+                "each row has one signal (its name in \"{signal}\", its value in \"{value}\"): expected a column for each signal; \
+                 write the table as CSV, or anew (with pandas: table.pivot_table(index=TIME, columns=\"{signal}\", \
+                 values=\"{value}\"))"
+            )));
+        }
         if !others.is_empty() {
             losses.note(say!(
                 "{}: columns that are not numbers are not read: {}",
@@ -383,10 +391,17 @@ fn number_time(
         let others: Vec<String> = others.map(name).collect();
         match others.is_empty() {
             true => problem,
-            false => format!(
-                "{problem}; columns that are neither numbers nor timestamps: {}",
-                others.join(", ")
-            ),
+            false => {
+                let has_texts = others.iter().any(|name| table::is_name_of_time(name));
+                let way_out = match has_texts {
+                    true => "; write times as timestamps (with pandas: pd.to_datetime)",
+                    false => "",
+                };
+                format!(
+                    "{problem}; columns that are neither numbers nor timestamps: {}{way_out}",
+                    others.join(", ")
+                )
+            }
         }
     })?;
     let unit_ns = match kind {
