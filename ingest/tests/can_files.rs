@@ -292,3 +292,33 @@ fn requests_to_send_are_no_frames_and_frames_without_identifier_are_lost() {
         "{losses:?}"
     );
 }
+
+/// As SavvyCAN writes it; its bytes are hexadecimal without a mark.
+#[test]
+fn a_table_of_frames_is_a_bus() {
+    let row = |k: u32| {
+        format!(
+            "{},0000021A,false,Rx,1,3,00,10,{k:02X},00,00,00,00,00,\n",
+            166_064_000 + 10_000 * k
+        )
+    };
+    let rows: String = (0..40).map(row).collect();
+    let text =
+        format!("Time Stamp,ID,Extended,Dir,Bus,LEN,D1,D2,D3,D4,D5,D6,D7,D8\n{rows}not a frame\n");
+    let file = TempLog::new("trace", text.as_bytes());
+    let log = Log::open(&file.path).unwrap();
+    assert_eq!(log.format().to_string(), "candump");
+    assert_eq!(log.topics()[0].name, "can1");
+    let mut last = None;
+    let losses = log
+        .read_can_frames(log.topics()[0].id, &mut |frame| last = Some(frame.clone()))
+        .unwrap();
+    let last = last.unwrap();
+    assert_eq!(last.data(), [0, 0x10, 39]);
+    assert_eq!(last.time_ns, 166_454_000_000);
+    assert_eq!(losses.ranges.len(), 1, "{losses:?}");
+    assert!(
+        losses.notes.iter().any(|note| note.contains("CAN frames")),
+        "{losses:?}"
+    );
+}

@@ -375,6 +375,9 @@ fn csv_tables() {
         "time_s,x,y\n1,2,3\n2,,nan\n3,-1e3,x\n",
         "\"t [ms]\";a\n1,5;2,5\n2,5;true\n",
         "timestamp,x\n2023-11-14T22:13:20Z,1\n2023-11-14 22:13:21,2\n",
+        "{\"t_s\":1,\"x\":[2,{\"y\":3}]}\n{\"t_s\":2,\"x\":[null]}\n",
+        "#group,false,true\n#datatype,dateTime:RFC3339,double\n#default,,\n,_time,_value\n,1970-01-01T00:00:01Z,5\n",
+        "Time Stamp,ID,Extended,Dir,Bus,LEN,D1,D2\n166064000,0000021A,false,Rx,0,2,00,37,\n",
     ]);
     fuzz!(seeds, |bytes: &[u8], _| read_log(bytes));
 }

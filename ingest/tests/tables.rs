@@ -1,6 +1,6 @@
 //! Tables as logs.
 
-use std::sync::Arc;
+use std::{io::Write as _, sync::Arc};
 
 use parquet::{
     basic::{
@@ -872,4 +872,115 @@ fn texts_beside_coarse_times_name_no_signals() {
     let file = csv(&text);
     let log = Log::open(&file.path).unwrap();
     assert_eq!(field(&log, "x").1.len(), 200);
+}
+
+fn fields(bytes: &[u8]) -> (Log, TempLog, Vec<String>) {
+    let file = TempLog::new("table", bytes);
+    let log = Log::open(&file.path).unwrap();
+    let (contents, _) = topic_contents(&log).unwrap();
+    let fields = contents.iter().flat_map(|of| &of.fields);
+    let names = fields.map(|field| field.field.clone()).collect();
+    (log, file, names)
+}
+
+#[test]
+fn lines_of_json_are_rows() {
+    let text = "{\"ts\":1700000000.5,\"imu\":{\"az\":9.81,\"g\":[0.1,0.2]},\"state\":\"up\"}\n\
+                {\"ts\":1700000001.5,\"boom\":0.25,\"imu\":{\"az\":9.7,\"g\":[0.3]}}\n{\"ts\":17000\n\
+                {\"ts\":1700000002.5,\"boom\":0.5}\n";
+    let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    packed.write_all(text.as_bytes()).unwrap();
+    for bytes in [text.as_bytes(), &packed.finish().unwrap()] {
+        let (log, _file, names) = fields(bytes);
+        assert_eq!(names, ["imu_az", "imu_g_0", "imu_g_1", "boom"]);
+        let (times, values, notes) = field(&log, "imu_az");
+        assert_eq!(values, [9.81, 9.7]);
+        assert_eq!(
+            times,
+            [1_700_000_000_500_000_000, 1_700_000_001_500_000_000]
+        );
+        assert!(
+            notes.iter().any(|note| note.contains("JSON object")),
+            "{notes:?}"
+        );
+        assert_eq!(field(&log, "boom").1, [0.25, 0.5]);
+        assert_eq!(log.losses().ranges[0].message_count, Some(1));
+    }
+    // one signal in each line
+    let text = "{\"time\":1700000000,\"name\":\"boom\",\"value\":1}\n{\"time\":1700000000,\"name\":\"az\",\"value\":2}\n\
+                {\"time\":1700000001,\"name\":\"boom\",\"value\":3}\n{\"time\":1700000001,\"name\":\"az\",\"value\":4}\n";
+    let (log, _file, names) = fields(text.as_bytes());
+    assert_eq!(names, ["boom", "az"]);
+    assert_eq!(field(&log, "az").1, [2.0, 4.0]);
+}
+
+/// Of one signal in each row, Parquet has the names as texts, which are not read: the values of all would be one signal.
+#[test]
+fn signals_in_rows_of_parquet_are_refused() {
+    let names = ["boom", "az"].map(Some).to_vec();
+    let times = vec![Some(1_700_000_000), Some(1_700_000_000)];
+    let bytes = parquet(&[
+        ("timestamp", Column::Whole64(times, None)),
+        ("name", Column::Text(names)),
+        ("value", Column::Double(vec![Some(1.0), Some(2.0)])),
+    ]);
+    let error = Log::open(&TempLog::new("table", &bytes).path).unwrap_err();
+    assert!(error.to_string().contains("pivot_table"), "{error}");
+}
+
+#[test]
+fn annotated_csv_of_influxdb_has_a_field_for_each_series() {
+    let series = |index: usize, kind: &str, name: &str, values: [&str; 2]| {
+        let row = |second: usize, value: &str| {
+            format!(
+                ",,{index},2023-11-14T22:00:00Z,2023-11-14T22:13:2{second}.5Z,{value},{name},m1\r\n"
+            )
+        };
+        format!(
+            "#group,false,false,true,false,false,true,true\r\n#datatype,string,long,dateTime:RFC3339,dateTime:RFC3339,{kind},\
+             string,string\r\n#default,_result,,,,,,\r\n,result,table,_start,_time,_value,_field,machine\r\n{}{}\r\n",
+            row(0, values[0]),
+            row(1, values[1])
+        )
+    };
+    let text = series(0, "double", "boom", ["1.5", "2.5"]) + &series(1, "long", "gear", ["3", "4"]);
+    let (log, _file, names) = fields(text.as_bytes());
+    assert_eq!(names, ["boom", "gear"]);
+    let expected = [1_700_000_000_500_000_000, 1_700_000_001_500_000_000];
+    for (name, values) in [("boom", [1.5, 2.5]), ("gear", [3.0, 4.0])] {
+        let (times, found, _) = field(&log, name);
+        assert_eq!(
+            (&times[..], &found[..]),
+            (&expected[..], &values[..]),
+            "{name}"
+        );
+    }
+    assert!(log.losses().is_empty(), "{:?}", log.losses());
+}
+
+#[test]
+fn what_has_no_reader_is_refused_with_the_way_out() {
+    for (bytes, expected) in [
+        (&b"PK\x03\x04\x14\0"[..], "CSV"),
+        (b"ARROW1\0\0", "Parquet"),
+        (
+            b"***BUSMASTER Ver 3.2.2***\n***PROTOCOL CAN***\n",
+            "Vector ASC",
+        ),
+        (b"[{\"time\":1,\"x\":2},{\"time\":2,\"x\":3}]", "jq"),
+        (b"{\n  \"time\": 1\n}\n", "jq"),
+        (
+            b"Time,Channel,ID,Flags,DLC,Data0\n0.5,0,257,0,1,10\n",
+            "candump",
+        ),
+        (b"\x0a\x0d\x0d\x0a\x1c\0\0\0", "candump"),
+    ] {
+        let file = TempLog::new("other", bytes);
+        let error = Log::open(&file.path).unwrap_err();
+        assert!(
+            matches!(error, Error::Unsupported { .. } | Error::Table { .. }),
+            "{error}"
+        );
+        assert!(error.to_string().contains(expected), "{error}");
+    }
 }

@@ -5,7 +5,7 @@ use std::{fs::File, io::Read, path::Path};
 use tipwatch_can::ContainerFormat;
 use tipwatch_storage::Object;
 
-use super::{format::Format, packing::Packing, recode::Utf16};
+use super::{format::Format, packing::Packing, recode::Recoding};
 use crate::{
     message::Error,
     table::{Refusal, TableOptions, TextTable},
@@ -14,7 +14,6 @@ use crate::{
 /// The first line of every bag, version 2.0.
 pub(crate) const BAG_MAGIC: &[u8] = b"#ROSBAG V2.0\n";
 const SQLITE_MAGIC: &[u8] = b"SQLite format 3\0";
-const OTHER_BAG_MAGIC: &[u8] = b"#ROS";
 const PARQUET_MAGIC: &[u8] = b"PAR1";
 
 pub(crate) const LONGEST_MAGIC_BYTES: u64 = 16;
@@ -23,25 +22,35 @@ const BEGINNING_BYTES: u64 = 16 << 10;
 
 /// The content of a file, judged by its first bytes.
 pub(crate) enum Content {
-    Log(Format),
-    /// A log in a file that is compressed as a whole.
-    Packed(Format),
-    /// A log of text in UTF-16.
-    Recoded(Format),
+    Log {
+        format: Format,
+        /// Whether the file is compressed as a whole.
+        is_packed: bool,
+        /// What makes it a text of that format.
+        recoding: Option<Recoding>,
+    },
     Unsupported(&'static str),
     Unknown(String),
 }
 
 impl Content {
+    fn log(format: Format) -> Self {
+        Self::Log {
+            format,
+            is_packed: false,
+            recoding: None,
+        }
+    }
+
     /// Whether it is that of a log.
     pub(crate) fn is_log(&self) -> bool {
-        matches!(self, Self::Log(_) | Self::Packed(_) | Self::Recoded(_))
+        matches!(self, Self::Log { .. })
     }
 
     /// The format; an error if it has no reader.
     pub(crate) fn format(self, path: &Path) -> Result<Format, Error> {
         match self {
-            Content::Log(format) | Content::Packed(format) | Content::Recoded(format) => Ok(format),
+            Content::Log { format, .. } => Ok(format),
             Content::Unsupported(format) => Err(Error::Unsupported {
                 path: path.to_path_buf(),
                 format: format.to_owned(),
@@ -72,7 +81,7 @@ pub(super) fn of_object(object: &Object, options: &TableOptions) -> Result<Conte
     let mut ending = vec![0; ending_bytes as usize];
     object.read_at(size - ending_bytes, &mut ending)?;
     if ending == mcap::MAGIC {
-        return Ok(Content::Log(Format::Mcap));
+        return Ok(Content::log(Format::Mcap));
     }
     let mut first_bytes = vec![0; BEGINNING_BYTES.min(size) as usize];
     object.read_at(0, &mut first_bytes)?;
@@ -93,8 +102,16 @@ fn within(packing: Packing, packed: impl Read, options: &TableOptions) -> Conten
     let unpacked = unpacked.and_then(|of| of.take(BEGINNING_BYTES).read_to_end(&mut first_bytes));
     match (unpacked, classify(&first_bytes, options)) {
         // damage may follow
-        (_, Content::Log(format)) => Content::Packed(format),
-        (_, Content::Recoded(_)) => Content::Unsupported("a compressed text in UTF-16"),
+        (
+            _,
+            Content::Log {
+                format, recoding, ..
+            },
+        ) => Content::Log {
+            format,
+            is_packed: true,
+            recoding,
+        },
         (Err(error), _) => Content::Unknown(format!("damaged {packing}: {error}")),
         (Ok(_), Content::Unknown(found)) => Content::Unknown(format!("within {packing} {found}")),
         (Ok(_), other) => other,
@@ -108,35 +125,34 @@ fn first_bytes_of(source: impl Read) -> std::io::Result<Vec<u8>> {
 }
 
 fn classify(first_bytes: &[u8], options: &TableOptions) -> Content {
-    if let Some(order) = Utf16::of(first_bytes) {
-        let mut text = Vec::new();
-        let whole_units = first_bytes.len() & !1;
-        let mut units = first_bytes.get(..whole_units).unwrap_or_default();
-        // writing to memory cannot fail
-        let _ = order.recode(&mut units, &mut text);
-        let is_whole = (first_bytes.len() as u64) < BEGINNING_BYTES;
-        if let Content::Log(format) = classify_text(&text, is_whole, options) {
-            return Content::Recoded(format);
+    let is_whole = (first_bytes.len() as u64) < BEGINNING_BYTES;
+    if let Some(recoding) = Recoding::of(first_bytes, is_whole) {
+        let format = recoding.format().or_else(|| {
+            let text = recoding.beginning(first_bytes);
+            format_of_text(&text, is_whole, options)
+        });
+        if let Some(format) = format {
+            return Content::Log {
+                format,
+                is_packed: false,
+                recoding: Some(recoding),
+            };
         }
     }
     if first_bytes.starts_with(mcap::MAGIC) {
-        Content::Log(Format::Mcap)
+        Content::log(Format::Mcap)
     } else if first_bytes.starts_with(SQLITE_MAGIC) {
-        Content::Log(Format::Rosbag2Sqlite)
+        Content::log(Format::Rosbag2Sqlite)
     } else if first_bytes.starts_with(BAG_MAGIC) {
-        Content::Log(Format::Ros1Bag)
-    } else if first_bytes.starts_with(OTHER_BAG_MAGIC) {
-        Content::Unsupported("ROS bag of a version other than 2.0")
+        Content::log(Format::Ros1Bag)
     } else if first_bytes.is_empty() {
         Content::Unknown("an empty file".to_owned())
     } else if first_bytes.starts_with(PARQUET_MAGIC) {
-        Content::Log(Format::Parquet)
-    } else if let Content::Log(format) = classify_text(
-        first_bytes,
-        (first_bytes.len() as u64) < BEGINNING_BYTES,
-        options,
-    ) {
-        Content::Log(format)
+        Content::log(Format::Parquet)
+    } else if let Some(format) = format_of_text(first_bytes, is_whole, options) {
+        Content::log(format)
+    } else if let Some(way_out) = other_format(first_bytes) {
+        Content::Unsupported(way_out)
     } else {
         let shown = first_bytes.len().min(LONGEST_MAGIC_BYTES as usize);
         let text = first_bytes.get(..shown).unwrap_or_default().escape_ascii();
@@ -144,13 +160,78 @@ fn classify(first_bytes: &[u8], options: &TableOptions) -> Content {
     }
 }
 
+/// A known format without a reader: what to do.
+fn other_format(first_bytes: &[u8]) -> Option<&'static str> {
+    const OTHERS: [(&[u8], &str); 15] = [
+        (
+            b"#ROS",
+            "ROS bag of a version other than 2.0: convert it with rosbag fix or rosbag_migration_rule",
+        ),
+        (
+            b"PK\x03\x04",
+            "a spreadsheet (.xlsx) or zip archive: save the sheet as CSV, unpack the archive",
+        ),
+        (
+            b"\xd0\xcf\x11\xe0",
+            "a spreadsheet (.xls): save the sheet as CSV",
+        ),
+        (b"7z\xbc\xaf", "an archive of 7-Zip: unpack it"),
+        (
+            b"ARROW1\0\0",
+            "Arrow (Feather): write it as Parquet (with pandas: pd.read_feather(old).to_parquet(new))",
+        ),
+        (
+            b"\x89HDF\r\n\x1a\n",
+            "HDF5 or MATLAB: write the signals as a CSV or Parquet table with a column of time",
+        ),
+        (
+            b"MATLAB 5.0",
+            "MATLAB: write the signals as a CSV or Parquet table with a column of time (writetimetable)",
+        ),
+        (
+            b"TDSm",
+            "TDMS of LabVIEW: write the signals as a CSV table with a column of time",
+        ),
+        (
+            b"ULog\x01\x12\x35",
+            "ULog of PX4: convert it to MCAP or to CSV (ulog2csv)",
+        ),
+        (
+            b"***BUSMASTER",
+            "a log of BUSMASTER: convert it to Vector ASC (in BUSMASTER: Tools, Format converters)",
+        ),
+        (
+            b"\x0a\x0d\x0d\x0a",
+            "packets of a network (pcapng): record the bus with candump -l",
+        ),
+        (
+            b"\xd4\xc3\xb2\xa1",
+            "packets of a network (pcap): record the bus with candump -l",
+        ),
+        (
+            b"VERSION \"",
+            "a DBC file: it describes the messages of a log and is given with --dbc",
+        ),
+        (
+            b"[",
+            "a JSON array: one object a line is read (jq -c '.[]' OLD > NEW.jsonl)",
+        ),
+        (
+            b"{",
+            "JSON over several lines: one object a line is read (jq -c . OLD > NEW.jsonl)",
+        ),
+    ];
+    let begins = |(magic, _): &&(&[u8], &str)| first_bytes.starts_with(magic);
+    OTHERS.iter().find(begins).map(|(_, way_out)| *way_out)
+}
+
 /// A text: a trace of a bus or a table.
-fn classify_text(beginning: &[u8], is_whole: bool, options: &TableOptions) -> Content {
+fn format_of_text(beginning: &[u8], is_whole: bool, options: &TableOptions) -> Option<Format> {
     if let Some(format) = ContainerFormat::of(beginning) {
-        return Content::Log(format.into());
+        return Some(format.into());
     }
     match TextTable::find(beginning, is_whole, options) {
-        Ok(_) | Err(Refusal::Unclear(_)) => Content::Log(Format::Csv),
-        Err(Refusal::NotATable) => Content::Unknown(String::new()),
+        Ok(_) | Err(Refusal::Unclear(_)) => Some(Format::Csv),
+        Err(Refusal::NotATable) => None,
     }
 }

@@ -12,7 +12,7 @@ use tempfile::TempDir;
 use tipwatch_language::say;
 use tipwatch_storage::{ErrorKind, Object};
 
-use super::{content::LONGEST_MAGIC_BYTES, packing::Packing, recode::Utf16};
+use super::{content::LONGEST_MAGIC_BYTES, packing::Packing, recode::Recoding};
 use crate::message::{Error, Losses, LostPart};
 
 /// Highest compression ratio of a real log; beyond it decompression stops.
@@ -74,22 +74,14 @@ impl LogFile {
         })
     }
 
-    /// The file with its text in UTF-8.
-    pub(crate) fn recoded(self, losses: &mut Losses) -> Result<Self, Error> {
-        self.require_whole("a text in UTF-16")?;
+    /// The file with its text in the form of its format.
+    pub(crate) fn recoded(self, recoding: Recoding, losses: &mut Losses) -> Result<Self, Error> {
+        self.require_whole("a text that is read as a whole")?;
         let (private, data, mut target) = private_file()?;
-        let mut source = File::open(&self.data).map_err(Error::io(&self.path))?;
-        let mut beginning = Vec::new();
-        let read = Read::take(&mut source, 8).read_to_end(&mut beginning);
-        read.map_err(Error::io(&self.path))?;
-        let order = Utf16::of(&beginning).unwrap_or(Utf16::LittleEndian);
-        let mut whole = beginning.as_slice().chain(BufReader::new(source));
-        let recoded = order.recode(&mut whole, &mut target);
+        let source = File::open(&self.data).map_err(Error::io(&self.path))?;
+        let recoded = recoding.recode(&mut BufReader::new(source), &mut target);
         recoded.map_err(Error::io(&self.path))?;
-        losses.note(say!(
-            "{}: the text is in UTF-16: byte positions refer to the same text in UTF-8",
-            self.path.display()
-        ));
+        losses.note(format!("{}: {}", self.path.display(), recoding.note()));
         Ok(Self {
             data,
             _private: Some(private),

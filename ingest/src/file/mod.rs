@@ -1,8 +1,11 @@
 //! Files as bytes: identification of their format, decompression, reading by position.
 
+mod annotated_csv;
 mod content;
 mod file_bytes;
 mod format;
+mod frame_table;
+mod json_lines;
 mod log_file;
 mod packing;
 mod read_options;

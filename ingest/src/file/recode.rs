@@ -1,10 +1,99 @@
-//! Text in UTF-16, as some programs write tables: it is read through a private copy in UTF-8.
+//! Texts that are read through a private copy in another form: those in UTF-16, and those that are a table or frames in other
+//! words.
 
-use std::io::{self, Read, Write};
+use std::{
+    borrow::Cow,
+    io::{self, BufRead, Read, Seek, Write},
+};
+
+use tipwatch_language::word;
+
+use super::{annotated_csv, format::Format, frame_table::FrameTable, json_lines};
+
+/// What a text becomes, and from what.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Recoding {
+    /// Text in UTF-16 to UTF-8.
+    Utf16(Utf16),
+    /// Lines of JSON to a table.
+    JsonLines,
+    /// Annotated CSV of InfluxDB to a table.
+    AnnotatedCsv,
+    /// A table of CAN frames to text of candump.
+    Frames(FrameTable),
+}
+
+impl Recoding {
+    /// What the first bytes of a file show.
+    pub(super) fn of(first_bytes: &[u8], is_whole: bool) -> Option<Self> {
+        if let Some(order) = Utf16::of(first_bytes) {
+            Some(Self::Utf16(order))
+        } else if json_lines::is_first_line(first_bytes, is_whole) {
+            Some(Self::JsonLines)
+        } else if annotated_csv::is_beginning(first_bytes) {
+            Some(Self::AnnotatedCsv)
+        } else {
+            FrameTable::of(first_bytes).map(Self::Frames)
+        }
+    }
+
+    /// The format of what it becomes, if the first bytes need not tell.
+    pub(super) fn format(self) -> Option<Format> {
+        match self {
+            Self::Utf16(_) => None,
+            Self::JsonLines | Self::AnnotatedCsv => Some(Format::Csv),
+            Self::Frames(_) => Some(Format::Candump),
+        }
+    }
+
+    /// The first bytes of a text in UTF-16 as UTF-8.
+    pub(super) fn beginning(self, first_bytes: &[u8]) -> Cow<'_, [u8]> {
+        let Self::Utf16(order) = self else {
+            return first_bytes.into();
+        };
+        let mut text = Vec::new();
+        let whole_units = first_bytes.len() & !1;
+        let mut units = first_bytes.get(..whole_units).unwrap_or_default();
+        // writing to memory cannot fail
+        let _ = order.recode(&mut units, &mut text);
+        text.into()
+    }
+
+    pub(super) fn recode(
+        self,
+        source: &mut (impl BufRead + Seek),
+        target: &mut dyn Write,
+    ) -> io::Result<()> {
+        match self {
+            Self::Utf16(order) => order.recode(source, target),
+            Self::JsonLines => json_lines::recode(source, target),
+            Self::AnnotatedCsv => annotated_csv::recode(source, target),
+            Self::Frames(table) => table.recode(source, target),
+        }
+    }
+
+    /// What positions in the log refer to.
+    pub(super) fn note(self) -> &'static str {
+        match self {
+            Self::Utf16(_) => {
+                word!("the text is in UTF-16: byte positions refer to the same text in UTF-8")
+            }
+            Self::JsonLines => {
+                word!("each line is a JSON object: positions refer to the same rows as a table")
+            }
+            Self::AnnotatedCsv => word!(
+                "annotated CSV of InfluxDB: positions refer to a table of its signals in the order of their times"
+            ),
+            Self::Frames(_) => word!(
+                "the table has CAN frames: positions refer to the same frames as text of candump"
+            ),
+        }
+    }
+}
 
 /// The byte order of UTF-16.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Utf16 {
+pub(crate) enum Utf16 {
     LittleEndian,
     BigEndian,
 }

@@ -149,10 +149,21 @@ impl Source {
             None => LogFile::plain(path),
             Some(remote) => LogFile::remote(path, remote.object(path)?),
         };
-        match content {
-            Content::Packed(_) => file.unpacked(losses),
-            Content::Recoded(_) => file.recoded(losses),
-            _ => Ok(file),
+        let Content::Log {
+            is_packed,
+            recoding,
+            ..
+        } = content
+        else {
+            return Ok(file);
+        };
+        let file = match is_packed {
+            true => file.unpacked(losses)?,
+            false => file,
+        };
+        match recoding {
+            Some(recoding) => file.recoded(recoding, losses),
+            None => Ok(file),
         }
     }
 }

@@ -22,7 +22,7 @@ pub enum Error {
     /// The content is not in a supported format.
     #[error(
         "{}: not a log: expected MCAP, a bag of ROS 1, a rosbag2 SQLite database or folder, \
-         CAN frames (candump text, Vector ASC or BLF, PEAK TRC, ASAM MF4) or a table (CSV, Parquet) with a column of time \
+         CAN frames (candump text, Vector ASC or BLF, PEAK TRC, ASAM MF4) or a table (CSV, lines of JSON, Parquet) with a column of time \
           (another name for it: --time-column; no names: --no-header), found {found}",
         path.display()
     )]
