@@ -37,6 +37,33 @@ fn find<'a>(analysis: &'a Analysis, kind: EventKind, subject: &str) -> Option<&'
     events.find(|event| event.kind == kind && event.subject == subject)
 }
 
+/// What took the load is told up to the last loads before the onset, though a machine that begins to tip has no valid row there.
+#[test]
+fn causes_reach_the_onset() {
+    for log in ["tip_over", "forklift", "side_reach"] {
+        let analysis = analysed(&data(&format!("{log}.mcap")), Options::default());
+        let rows = &analysis.rows;
+        let told = analysis.events.iter();
+        let told = told.filter_map(|event| Some((event, event.causes.as_ref()?)));
+        let mut count = 0;
+        for (event, causes) in told {
+            count += 1;
+            let last = (0..rows.len())
+                .filter(|&row| rows.times_ns[row] <= event.start_ns)
+                .rfind(|&row| rows.reasons[row].leave_loads());
+            let last_ns = last.map(|row| rows.times_ns[row]);
+            assert_eq!(
+                Some(causes.at_ns),
+                last_ns,
+                "{log}: {:?} {}",
+                event.kind,
+                event.subject
+            );
+        }
+        assert!(count > 0, "{log}");
+    }
+}
+
 /// The wheel of `side_reach` carries load again from 6.34 s on, by the simulator's contact forces.
 #[test]
 fn val_the_end_of_a_lift_is_within_its_band() {

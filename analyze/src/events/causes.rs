@@ -31,10 +31,11 @@ pub(super) struct Causes<'a> {
 
 impl Causes<'_> {
     /// Load loss by cause of a weighted sum of OTF between the last steady moment, or without one two seconds before, and the
-    /// onset: the last row up to `start_ns`. `None` where either is unknown.
+    /// onset: the last row with loads up to `start_ns`. `None` where either is unknown.
     pub(super) fn of(&self, start_ns: i64, factors: &[f64]) -> Option<EventCauses> {
         let upto = self.rows.times_ns.partition_point(|&t| t <= start_ns);
-        let row = (0..upto).rev().find(|&row| self.rows.is_valid(row))?;
+        // up to the onset the wheels are on the ground, though rows before it may be taken as tipping already
+        let row = (0..upto).rev().find(|&row| self.rows.is_meaningful(row))?;
         let at = |quantity: &dyn Fn(usize) -> Quantity, row: usize| -> f64 {
             let wheels = factors.iter().enumerate().filter(|(_, f)| **f != 0.0);
             wheels

@@ -3,7 +3,7 @@
 /// Shortest episode that counts as an event (ns).
 pub(crate) const SHORTEST_NS: i64 = 50_000_000;
 /// Episodes closer than this are merged (ns).
-pub(super) const MERGED_NS: i64 = 200_000_000;
+pub(crate) const MERGED_NS: i64 = 200_000_000;
 /// Those closer than this are merged where nothing shows that they are two (ns).
 const DOUBTFUL_NS: i64 = 500_000_000;
 

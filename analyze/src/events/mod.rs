@@ -22,7 +22,7 @@ mod turning;
 mod unloaded;
 
 pub use counterfactual::{Answer, Counterfactual, Reply, Supposition};
-pub(crate) use episodes::SHORTEST_NS;
+pub(crate) use episodes::{MERGED_NS, SHORTEST_NS};
 pub use event::*;
 pub(crate) use event::{LEAST_OF_A_FACT, TIP_OVER_RAD};
 pub use finding::Finding;

@@ -38,11 +38,11 @@ impl Scene {
         evidence
             .extend(others.map(|event| format!("{}: {}", self.subject(event), self.worst(event))));
         if gravest.causes.is_none()
-            && let Some(causes) = incident
+            && let Some((event, causes)) = incident
                 .with_causes()
-                .and_then(|event| event.causes.as_ref())
+                .and_then(|event| Some((event, event.causes.as_ref()?)))
         {
-            evidence.extend(self.causes(causes));
+            evidence.extend(self.causes(event, causes));
         }
         evidence.extend(self.not_facts(incident));
         Finding {

@@ -92,7 +92,7 @@ impl Scene {
             ));
         }
         if let Some(causes) = &event.causes {
-            evidence.extend(self.causes(causes));
+            evidence.extend(self.causes(event, causes));
         }
         evidence.extend(self.otherwise(event));
         evidence
@@ -242,7 +242,7 @@ impl Scene {
     }
 
     /// How much load was lost since when, and the largest causes.
-    pub(super) fn causes(&self, causes: &EventCauses) -> Vec<String> {
+    pub(super) fn causes(&self, event: &Event, causes: &EventCauses) -> Vec<String> {
         if !causes.is_loss() {
             return Vec::new();
         }
@@ -261,10 +261,12 @@ impl Scene {
             number(causes.otf_n),
             self.seconds(causes.at_ns),
         );
-        vec![
+        let mut told = vec![
             fall,
             say!("Taken by computed cause: {}", shares_in_words(causes)),
-        ]
+        ];
+        told.extend(self.not_shown(event, causes));
+        told
     }
 
     /// Whether it would have happened otherwise.
@@ -568,8 +570,13 @@ mod tests {
             shares_in_words(&causes),
             "arm weight 966 N, slope 126 N, arm motion -104 N, others 12.0 N"
         );
-        let evidence = scene().causes(&causes);
+        let lift = event(EventKind::WheelLift, "fl", 0.0, "N");
+        let evidence = scene().causes(&lift, &causes);
         assert!(evidence[0].contains("since t = 0.50 s"), "{evidence:?}");
+        assert!(
+            evidence[2].contains("until t = 2.50 s is not known"),
+            "{evidence:?}"
+        );
     }
 
     #[test]

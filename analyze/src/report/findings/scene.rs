@@ -6,7 +6,7 @@ use tipwatch_mechanics::machine::SupportKind;
 use crate::analysis::{Analysis, Input};
 use crate::events::split_rule::{is_stated, sharing, split_rule};
 use crate::events::support_words::{SupportWord, edge_word};
-use crate::events::{Event, EventKind};
+use crate::events::{Event, EventCauses, EventKind, MERGED_NS};
 use crate::page::{input_in_words, percent};
 use crate::report::deciding::Deciding;
 
@@ -109,6 +109,31 @@ impl Scene {
     /// The wheel or other support of an event with the word for it: "wheel FL", "support ORR".
     pub(in crate::report) fn support(&self, event: &Event) -> String {
         format!("{} {}", self.word_of(&[event]).one, self.subject(event))
+    }
+
+    /// What falls to zero at an event: the OTF of a wheel, or that off an edge, which the wheels on its other side carry.
+    pub(in crate::report) fn otf_of(&self, event: &Event) -> String {
+        match event.kind {
+            EventKind::EdgeTipping | EventKind::TipOver => say!(
+                "the overturning force (OTF) off the {} edge",
+                edge_word(&event.subject)
+            ),
+            _ => say!("the overturning force (OTF) of {}", self.support(event)),
+        }
+    }
+
+    /// That the causes of an event end before it does begin, if rows are missing between.
+    pub(in crate::report) fn not_shown(
+        &self,
+        event: &Event,
+        causes: &EventCauses,
+    ) -> Option<String> {
+        (causes.at_ns < event.start_ns.saturating_sub(MERGED_NS)).then(|| {
+            say!(
+                "What took the rest until t = {:.2} s is not known: there are no loads between",
+                self.seconds(event.start_ns)
+            )
+        })
     }
 
     /// The kind of an event in words, and what it happened to: "wheel light FL", "support lift ORR", "edge tipping left".

@@ -105,9 +105,10 @@ fn causes(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
         false => "",
     };
     let fall = say!(
-        "From t = {:.2} s{steady} to {:.2} s the load fell from {} to {} N{computed}.",
+        "From t = {:.2} s{steady} to {:.2} s {} fell from {} to {} N{computed}.",
         scene.seconds(causes.since_ns),
         scene.seconds(causes.at_ns),
+        scene.otf_of(event),
         number(causes.otf_before_n),
         number(causes.otf_n)
     );
@@ -115,7 +116,7 @@ fn causes(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
         div {
             h3 { (title) }
             (table(&[word!("Cause"), word!("Load taken [N]")], &largest(causes)))
-            p.hint { (fall) }
+            p.hint { (fall) @if let Some(open) = scene.not_shown(event, causes) { " " (open) "." } }
         }
     }
 }
