@@ -16,7 +16,10 @@ use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
 use anyhow::{Context, Result};
-use polars::prelude::{KeyValueMetadata, ParquetCompression, ParquetWriter};
+use polars::prelude::{
+    CompatLevel, KeyValueMetadata, ParquetCompression, ParquetWriter, Schema, SchemaExt,
+};
+use polars_parquet::write::schema_to_metadata_key;
 use rayon::prelude::*;
 
 use self::event::FleetEvent;
@@ -130,18 +133,16 @@ fn write_table<R: Record>(
         fs::create_dir_all(folder).with_context(failed)?;
     }
     let (file, unfinished) = unfinished_of(path)?;
-    let metadata = vec![
+    let mut group = R::frame(first.iter())?;
+    drop(first);
+    let metadata = [
         ("tipwatch.units".to_owned(), R::units()),
         (
             "tipwatch.data_set_schema".to_owned(),
             DATA_SET_SCHEMA.to_string(),
         ),
     ];
-    let mut group = R::frame(first.iter())?;
-    drop(first);
-    let mut writer = ParquetWriter::new(BufWriter::new(file))
-        .with_compression(ParquetCompression::Zstd(None))
-        .with_key_value_metadata(Some(KeyValueMetadata::from_static(metadata)))
+    let mut writer = parquet_writer(BufWriter::new(file), group.schema(), metadata)
         .batched(group.schema())
         .with_context(failed)?;
     for records in records {
@@ -159,6 +160,21 @@ fn write_table<R: Record>(
         unfinished.persist(path).with_context(failed)?;
     }
     Ok(Some(path.to_owned()))
+}
+
+/// A writer of a table. The types of Arrow that the file names for its readers are the oldest ones: pandas and Dask cannot
+/// take lists of the newer strings.
+fn parquet_writer<W: std::io::Write>(
+    writer: W,
+    schema: &Schema,
+    metadata: impl IntoIterator<Item = (String, String)>,
+) -> ParquetWriter<W> {
+    let types = schema_to_metadata_key(&schema.to_arrow(CompatLevel::oldest()));
+    let types = types.value.map(|value| (types.key, value));
+    let metadata = metadata.into_iter().chain(types).collect();
+    ParquetWriter::new(writer)
+        .with_compression(ParquetCompression::Zstd(None))
+        .with_key_value_metadata(Some(KeyValueMetadata::from_static(metadata)))
 }
 
 /// Whether two files have the same bytes.

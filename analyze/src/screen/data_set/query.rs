@@ -16,7 +16,7 @@ use serde_json::{Map, Value};
 use super::event::FleetEvent;
 use super::log::FleetLog;
 use super::not_answered::{self, NotAnswered};
-use super::{COMPARISONS, FleetComparison, TABLES, is_table};
+use super::{COMPARISONS, FleetComparison, TABLES, is_table, parquet_writer};
 use crate::screen::place::Place;
 use crate::tables::collect::{Cell, of_frame};
 use crate::tables::frame::{Day, Record};
@@ -261,7 +261,7 @@ impl Answer {
     pub fn write_parquet(&self, path: &Path) -> Result<()> {
         let failed = || format!("{}: cannot be written", path.display());
         let file = std::fs::File::create(path).with_context(failed)?;
-        polars::prelude::ParquetWriter::new(file)
+        parquet_writer(file, self.frame.schema(), [])
             .finish(&mut self.frame.clone())
             .with_context(failed)?;
         Ok(())
