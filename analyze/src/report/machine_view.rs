@@ -11,7 +11,7 @@ use super::drawing::{Anchor, Drawing, Point};
 use crate::analysis::Analysis;
 use crate::base::rows::Rows;
 use crate::events::support_words::SupportWord;
-use crate::events::{Event, tipping_line};
+use crate::events::Event;
 use crate::page::{number, table_of};
 
 /// Radius of the disc of the largest load at rest, as a share of the smaller distance between wheels.
@@ -57,7 +57,7 @@ pub(super) fn pictures(
         -placement.normal.dot(&state.base.up),
     );
     let edge = event.and_then(|event| analysis.machine.edge_named(&event.subject));
-    let turns = edge.map(|edge| tipping_line(&analysis.machine, &placement, edge));
+    let turns = edge.map(|edge| placement.tipping_line(edge).through);
     let turns = turns.map(|[from, to]| placement.on_plane(&(to - from)));
     // about a line along the machine it turns to its side
     let [along, aside] = match turns {
