@@ -507,3 +507,22 @@ fn a_machine_that_creeps_is_told_with_its_speed() {
     let stands = words(&page(&analysis("tip_over")));
     assert!(stands.contains("the machine stood still"));
 }
+
+/// Each joint of the arm that moves the worst event's load has a slider, with five simulated values but at its limits.
+#[test]
+fn every_joint_of_the_arm_that_moves_the_load_has_a_slider() {
+    for (name, joints) in [
+        ("crane", ["slew", "luff"].as_slice()),
+        ("swing_lift", &["slew", "lift", "tilt", "extension"]),
+    ] {
+        let found = tipwatch_analyze::report::sliders(&analysis(name)).unwrap();
+        for joint in joints {
+            let named = format!("Joint {joint}");
+            let mut sliders = found.changes.iter();
+            let slider = sliders.find(|it| it.name == named);
+            let slider = slider.unwrap_or_else(|| panic!("{name}: no {named} in {found:?}"));
+            let values = slider.simulated.len() + slider.not_simulated.len();
+            assert!((3..=5).contains(&values), "{slider:?}");
+        }
+    }
+}

@@ -210,7 +210,7 @@ pub(super) fn attached_kg(machine: &Machine, state: &State<f64>) -> f64 {
 }
 
 /// Whether a joint moves parts of the arm and nothing else.
-fn moves_arm_alone(machine: &Machine, joint: usize) -> bool {
+pub(crate) fn moves_arm_alone(machine: &Machine, joint: usize) -> bool {
     let measured = |linkage: usize| machine.linkages()[linkage].measured_joint;
     let moves = |coupling: JointCoupling| match coupling {
         JointCoupling::Root => false,
