@@ -17,6 +17,8 @@ use crate::page::{json_script, number, probability};
 const JOINT_REACH: f64 = 0.5;
 /// Sliders that change less over their whole range have no effect (N).
 const LEAST_EFFECT_N: f64 = 1.0;
+/// Steps of a slider: a little more than a whole number, so that rounding never takes the last one.
+const STEPS: f64 = 200.0 + 1e-6;
 /// Simulated values on either side of the logged one.
 const SIDE_VALUES: usize = 2;
 
@@ -296,7 +298,7 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
                         label for=(format_args!("what-if-{place}")) { (it.name) ": " }
                         output id=(format_args!("what-if-{place}-value")) { (number(it.logged)) " " (it.unit) }
                         input type="range" id=(format_args!("what-if-{place}")) min=(first.at) max=(last.at) value=(it.logged)
-                            step=((last.at - first.at) / 200.0) disabled[it.simulated.len() < 2];
+                            step=((last.at - first.at) / STEPS) disabled[it.simulated.len() < 2];
                         span.hint { (say!("simulated: {}", simulated_in_words(it))) }
                     }
                 }
