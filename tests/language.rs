@@ -160,6 +160,66 @@ fn no_report_is_half_german() {
     }
 }
 
+/// Those who do not see a drawing or a figure are told what it shows: in both languages the same numbers, in other words.
+#[test]
+fn alternative_texts_tell_the_findings_in_both_languages() {
+    let labels = |log: &str, language: &str| -> Vec<String> {
+        let out = tempfile::tempdir().unwrap();
+        let (log, machine) = (data(log), data(log).with_extension("toml"));
+        let mut command = Command::new(env!("CARGO_BIN_EXE_programs"));
+        command.args(["tipwatch", "analyze"]).arg(&log);
+        command.arg("--machine").arg(&machine);
+        command.args(["--lang", language, "--out"]).arg(out.path());
+        let run = command.output().unwrap();
+        assert!(
+            run.status.success(),
+            "{}",
+            String::from_utf8_lossy(&run.stderr)
+        );
+        let report = fs::read_to_string(out.path().join("report.html")).unwrap();
+        let labels = report.split("aria-label=\"").skip(1);
+        let labels = labels.map(|label| label.split('"').next().unwrap().to_owned());
+        labels.collect()
+    };
+    let numbers = |label: &str| -> Vec<String> {
+        let parts = label.split(|c: char| !c.is_ascii_digit() && c != '.');
+        let parts = parts.map(|part| part.trim_matches('.').to_owned());
+        parts.filter(|part| !part.is_empty()).collect()
+    };
+    for log in ["tip_over.mcap", "forklift.mcap"] {
+        let [english, german] = ["en", "de"].map(|language| labels(log, language));
+        assert_eq!(english.len(), german.len(), "{log}");
+        for (english, german) in english.iter().zip(&german) {
+            assert_eq!(
+                numbers(english),
+                numbers(german),
+                "{log}: {english} / {german}"
+            );
+            assert!(numbers(english).len() < 3 || english != german, "{english}");
+        }
+        let tells = |labels: &[String], all: &[&str]| {
+            let has_all = |label: &&String| all.iter().all(|words| label.contains(words));
+            let label = labels.iter().find(has_all);
+            label.is_some_and(|label| numbers(label).len() >= 3)
+        };
+        // what each wheel carries, how gravity leans, and when what began
+        for all in [
+            ["FL carries ", "the zero moment point is "],
+            ["Centre of mass ", "gravity leans "],
+            ["off the ground from t = ", "tipping over about the "],
+        ] {
+            assert!(tells(&english, &all), "{log}: {all:?}: {english:#?}");
+        }
+        for all in [
+            ["FL trägt ", "der Nullmomentpunkt liegt "],
+            ["Schwerpunkt ", "die Schwerkraft neigt sich um "],
+            ["abgehoben ab t = ", "Zeitlicher Verlauf"],
+        ] {
+            assert!(tells(&german, &all), "{log}: {all:?}: {german:#?}");
+        }
+    }
+}
+
 /// Logs that say much: a fall, an unstated load, losses, sparse rows, a crane, a forklift, a machine that rests.
 const LOGS: [&str; 7] = [
     "tip_over.mcap",

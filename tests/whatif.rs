@@ -9,7 +9,8 @@ use tipwatch_analyze::compare::{Side, compare};
 use tipwatch_analyze::events::{Answer, Event, EventKind, ShownBy, Supposition};
 use tipwatch_analyze::report;
 use tipwatch_analyze::suspension::{
-    Summary, Suppositions, SuspensionMode, WhatIf, WhatIfOptions, replies, suppose, what_if,
+    Summary, Suppositions, SuspensionMode, WhatIf, WhatIfOptions, replies, suppose, supposing,
+    what_if,
 };
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::{Quantity, State};
@@ -478,19 +479,16 @@ fn an_advised_load_can_be_supposed() {
     let mut compared = 0;
     for log in logs_with_a_lift() {
         let file = MachineFile::read(&log.with_extension("toml")).unwrap();
+        let recorded = analyse(&log, &file, Options::default(), &mut |_| {}).unwrap();
         let with = |payload_kg: f64| {
             let suppositions = Suppositions {
                 payload_kg: Some(payload_kg),
                 ..Suppositions::default()
             };
-            let [recorded, supposed] = suppose(&log, &file, Options::default(), &suppositions)?;
-            let replies = replies(&recorded, &supposed, &suppositions).into_iter();
-            let replies = replies
-                .map(|(event, reply)| (event.subject.clone(), reply))
-                .collect();
-            anyhow::Ok((recorded, replies))
+            let options = Options::default();
+            let supposed = supposing(&log, &file, options, &suppositions, &recorded)?;
+            anyhow::Ok(replies(&recorded, &supposed, &suppositions))
         };
-        let (recorded, _): (Analysis, Vec<_>) = with(-1.0).unwrap();
         // more than the whole load
         let error = with(-1e5).unwrap_err().to_string();
         assert!(
@@ -504,10 +502,10 @@ fn an_advised_load_can_be_supposed() {
         let Some(change) = lighter.next() else {
             continue;
         };
-        let (_, replies) = with(change.change).unwrap();
+        let replies = with(change.change).unwrap();
         let (_, reply) = replies
             .iter()
-            .find(|(subject, _)| *subject == advice.wheel)
+            .find(|(event, _)| event.subject == advice.wheel)
             .unwrap();
         assert!(
             (reply.otf_n.unwrap() - change.least_otf_n).abs() < 1e-6 * change.least_otf_n.abs(),

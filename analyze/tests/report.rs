@@ -470,9 +470,19 @@ fn a_machine_on_an_axle_with_a_pivot_stands_on_three_points() {
     // those who do not see it are told what it shows
     let (_, told) = drawing.split_once("aria-label=\"").unwrap();
     let told = told.split('"').next().unwrap();
+    // where the events say that it tips, the drawing does not say that it stands
+    let point = "zero moment point is at the edge of the supports";
     assert!(
-        told.contains("FR carries 30847 N") && told.contains("zero moment point is within"),
+        told.contains("FR carries 30847 N") && told.contains(point),
         "{told}"
+    );
+    assert!(told.contains("FL carries nothing"), "{told}");
+    assert!(
+        drawing
+            .split("</svg>")
+            .next()
+            .unwrap()
+            .contains("class=\"lifted\"")
     );
     let text = words(&page);
     assert!(!text.contains("no wheel was below its limit"));
@@ -506,4 +516,82 @@ fn a_machine_that_creeps_is_told_with_its_speed() {
     assert!(!text.contains("drove"));
     let stands = words(&page(&analysis("tip_over")));
     assert!(stands.contains("the machine stood still"));
+}
+
+/// Each joint of the arm that moves the worst event's load has a slider, with five simulated values but at its limits.
+#[test]
+fn every_joint_of_the_arm_that_moves_the_load_has_a_slider() {
+    for (name, joints) in [
+        ("crane", ["slew", "luff"].as_slice()),
+        ("swing_lift", &["slew", "lift", "tilt", "extension"]),
+    ] {
+        let found = tipwatch_analyze::report::sliders(&analysis(name)).unwrap();
+        for joint in joints {
+            let named = format!("Joint {joint}");
+            let mut sliders = found.changes.iter();
+            let slider = sliders.find(|it| it.name == named);
+            let slider = slider.unwrap_or_else(|| panic!("{name}: no {named} in {found:?}"));
+            let values = slider.simulated.len() + slider.not_simulated.len();
+            assert!((3..=5).contains(&values), "{slider:?}");
+        }
+    }
+}
+
+/// The second drawing lies in the plane in which the machine turns: over a side it is seen from behind, over its front from
+/// the right.
+#[test]
+fn the_second_drawing_lies_in_the_plane_of_the_fall() {
+    let seen = |analysis: &Analysis| {
+        let page = page(analysis);
+        let mut drawings = section(&page, "Summary").split("<svg class=\"top-view\"");
+        let second = drawings.nth(2).unwrap();
+        let second = second.split("</svg>").next().unwrap();
+        ["From behind", "From the right"].map(|from| second.contains(from))
+    };
+    let mut analysis = analysis("tip_over");
+    assert_eq!(seen(&analysis), [true, false]);
+    for event in &mut analysis.events {
+        if event.subject == "left" {
+            event.subject = "front".into();
+        }
+    }
+    assert_eq!(seen(&analysis), [false, true]);
+}
+
+/// What the result hangs on is named as a default where the machine file does not state how well it is known, and only there.
+#[test]
+fn defaults_are_named_as_defaults() {
+    let told = |analysis: &Analysis| {
+        let page = words(&page(analysis));
+        let (_, behind) = page.split_once("On what does it hang most?").unwrap();
+        behind.split("Under which").next().unwrap().to_owned()
+    };
+    let by_default = "(by default: the machine file does not say how well)";
+    let log = data("tip_over.mcap");
+    let analysis = analysis("tip_over");
+    assert!(told(&analysis).contains(by_default), "{}", told(&analysis));
+    let most = analysis.sensitivity.as_ref().unwrap().ranked()[0];
+    let key = most.parameter.uncertainty_key(&analysis.machine).unwrap();
+    let text = std::fs::read_to_string(data("tip_over.toml")).unwrap();
+    let stated = format!("{text}\n[uncertainty]\n{key} = {}\n", most.sigma);
+    let folder = TempDir::new().unwrap();
+    let beside = |ending: &str| folder.path().join(format!("tip_over.{ending}"));
+    std::fs::copy(data("tip_over.urdf"), beside("urdf")).unwrap();
+    std::fs::write(beside("toml"), stated).unwrap();
+    let stated = told(&analysed(&log, &beside("toml")));
+    assert!(!stated.contains(by_default), "{stated}");
+}
+
+/// What is said of a log with rows that are not valid names the valid ones.
+#[test]
+fn where_rows_are_not_valid_the_valid_ones_are_named() {
+    let mut analysis = analysis("tiny");
+    let rows = analysis.rows.len();
+    let named = |analysis: &Analysis| words(&page(analysis)).contains("valid rows of ");
+    analysis.digest.valid_rows = rows;
+    assert!(!named(&analysis));
+    analysis.digest.valid_rows = rows - 7;
+    let text = words(&page(&analysis));
+    let expected = format!("Based on the {} valid rows of {rows}; ", rows - 7);
+    assert!(text.contains(&expected), "{expected}");
 }

@@ -43,6 +43,8 @@ mod prediction;
 mod quantities;
 // Machine files that are refused, and why.
 mod refusals;
+// The lines about which a machine tips.
+mod tipping_lines;
 // Numbers of a machine file in another unit, or none at all.
 mod units_in_machine_files;
 // URDFs as robots have them.

@@ -30,8 +30,5 @@ pub(crate) use normal::normal_distribution;
 pub(crate) use pass::{EventPass, LowestOtf, of_inputs, sorted};
 pub(crate) use rotation::{FoundRotation, RotationTrace, Rotations};
 pub(crate) use story::Stories;
-pub(crate) use tipping::{
-    SHIFT_SHARE, axles_astride, distances, drives, factors_off, has_axle_astride, may_be_fall,
-    outwards, tipping_line,
-};
+pub(crate) use tipping::{SHIFT_SHARE, distances, drives, factors_off, may_be_fall, outwards};
 pub use turning::Turning;

@@ -12,7 +12,7 @@ use super::event::{Bound, Event, EventKind, MeasuredRotation, ShownBy};
 use super::pages::MOST_ROWS_BACK;
 use super::rotation::FoundRotation;
 use super::row_derivatives::RowDerivatives;
-use super::tipping::{ROTATES_SIGMAS, factors_off, tipping_line};
+use super::tipping::{ROTATES_SIGMAS, factors_off};
 use crate::base::table::Table;
 
 /// Where gravity through the stated centre of mass passes over an edge.
@@ -246,7 +246,7 @@ impl Stories<'_> {
         };
         let row = (0..until).rev().take(MOST_ROWS_BACK).find(is_placed)?;
         read(row, &mut state);
-        let [from, to] = tipping_line(machine, &placement, edge);
+        let [from, to] = placement.tipping_line(edge).through;
         let axis = (to - from).try_normalize(1e-9)?;
         let across = |vector: nalgebra::Vector3<f64>| vector - axis * axis.dot(&vector);
         let centre = across(placement.centre_of_mass - from);

@@ -5,6 +5,7 @@
 //! ```text
 //!     L_E = sum over wheels (d_i / d_max) OTF_i,    d_i distance of wheel i from the edge
 //! ```
+//! An edge with an axle astride that swings about a pivot is the line to where that axle presses the ground.
 //! Wheels off the ground cannot pull, so its true value is never below zero: the computed one stays near zero,
 //! within its own error, for as long as the machine rotates about the edge. A threshold at zero would see that
 //! at random. Two hypotheses are compared instead, over the time in which L_E is within its error of zero: the
@@ -12,7 +13,7 @@
 
 use nalgebra::Vector3;
 use tipwatch_mechanics::estimation::plausibility::student;
-use tipwatch_mechanics::machine::{Machine, SupportKind, TorqueJoint};
+use tipwatch_mechanics::machine::{Machine, SupportKind};
 use tipwatch_mechanics::{Placement, Quantity, Scope, State, Workspace, evaluate};
 
 use super::episodes::{Episode, MERGED_NS, episodes_within, joined, least};
@@ -131,17 +132,16 @@ pub(super) fn within(
     found.collect()
 }
 
-/// Distance of each wheel's contact point from the line about which the machine tips over an edge, in a placed state (m); zero
-/// for wheels that stay on the ground.
+/// Distance of each wheel's contact point from where what the line about which the machine tips over an edge carries meets the
+/// ground, in a placed state (m); zero for wheels that stay on it.
 pub(crate) fn distances(machine: &Machine, placement: &Placement<'_>, edge: usize) -> Vec<f64> {
-    let [from, to] = tipping_line(machine, placement, edge);
+    let [from, to] = placement.tipping_line(edge).on_ground;
     let along = (to - from).normalize();
-    let inwards = placement.normal.cross(&along);
-    let stays = stays(machine, edge);
+    let stays = machine.stays_on_ground(&machine.polygon().edges()[edge]);
     let wheels = placement.contacts.iter().zip(&stays);
     wheels
         .map(|(contact, &stays)| {
-            let distance = inwards.dot(&(contact - from));
+            let distance = along.perp(&(placement.on_plane(contact) - from));
             if stays { 0.0 } else { distance }
         })
         .collect()
@@ -158,79 +158,9 @@ pub(crate) fn factors_off(
     (reach > 0.0).then(|| (distances.iter().map(|d| d / reach).collect(), reach))
 }
 
-/// Two points of the line about which the machine tips over an edge: the contact points of the edge's wheels. An axle that
-/// swings about a pivot, with wheels on the edge and off it, stays on the ground with both, and carries what it carries at its
-/// pivot: midway between its wheels, as if it were symmetric.
-pub(crate) fn tipping_line(
-    machine: &Machine,
-    placement: &Placement<'_>,
-    edge: usize,
-) -> [Vector3<f64>; 2] {
-    let spec = &machine.polygon().edges()[edge];
-    let contacts = &placement.contacts;
-    [spec.from, spec.to].map(|end| {
-        let mut axles = axles_astride(machine, edge);
-        let Some(axle) = axles.find(|axle| axle.supports_wheel[end]) else {
-            return contacts[end];
-        };
-        let wheels = contacts.iter().zip(&axle.supports_wheel);
-        let own: Vec<_> = wheels.filter(|(_, is_own)| **is_own).collect();
-        own.iter()
-            .map(|(contact, _)| *contact)
-            .sum::<Vector3<f64>>()
-            / own.len() as f64
-    })
-}
-
-/// The free joints that bear wheels on an edge and off it. One that bears the edge as a whole tips with it.
-pub(crate) fn axles_astride(machine: &Machine, edge: usize) -> impl Iterator<Item = &TorqueJoint> {
-    let edge = &machine.polygon().edges()[edge];
-    let (on_edge, ends) = (&edge.carries, [edge.from, edge.to]);
-    let joints = machine.contact().free_joints.iter();
-    let joints = joints.filter(move |joint| !ends.iter().all(|&end| joint.supports_wheel[end]));
-    joints.filter(move |joint| {
-        let bears = |is_on: bool| {
-            let mut wheels = joint.supports_wheel.iter().zip(on_edge);
-            wheels.any(|(is_own, on)| *is_own && *on == is_on)
-        };
-        bears(true) && bears(false)
-    })
-}
-
-/// The load off an edge by row (N): the moment about it over the distance of the farthest wheel, and with an axle astride it the
-/// weighted sum of the wheels that come up.
-fn load_off<'a>(
-    machine: &Machine,
-    rows: &'a Pages<'a>,
-    edge: usize,
-    (factors, reach): (&[f64], f64),
-) -> impl Fn(usize) -> f64 + use<'a> {
-    let is_astride = has_axle_astride(machine, edge);
-    let by_wheel = is_astride.then(|| factors.to_vec());
-    move |row| match &by_wheel {
-        None => -rows.value(Quantity::ItomFull(edge), row) / reach,
-        Some(factors) => {
-            let wheels = factors.iter().enumerate().filter(|(_, f)| **f != 0.0);
-            wheels
-                .map(|(wheel, f)| f * rows.value(Quantity::Otf(wheel), row))
-                .sum()
-        }
-    }
-}
-
-/// Whether the machine tips over an edge about another line than the edge: see [`tipping_line`].
-pub(crate) fn has_axle_astride(machine: &Machine, edge: usize) -> bool {
-    axles_astride(machine, edge).next().is_some()
-}
-
-/// Whether each wheel stays on the ground while the machine tips over an edge.
-fn stays(machine: &Machine, edge: usize) -> Vec<bool> {
-    let mut stays = machine.polygon().edges()[edge].carries.clone();
-    for axle in axles_astride(machine, edge) {
-        let wheels = stays.iter_mut().zip(&axle.supports_wheel);
-        wheels.for_each(|(stays, is_own)| *stays |= is_own);
-    }
-    stays
+/// The load off an edge by row (N): the moment about it over the distance of the farthest wheel.
+fn load_off<'a>(rows: &'a Pages<'a>, edge: usize, reach: f64) -> impl Fn(usize) -> f64 + use<'a> {
+    move |row| -rows.value(Quantity::ItomFull(edge), row) / reach
 }
 
 /// Distance of the farthest wheel from an edge with all joints at zero (m).
@@ -285,8 +215,6 @@ fn share_off(turning: &Turning, table: &Table) -> Option<f64> {
     let edge = machine.edge_named(&turning.edge)?;
     let mut workspace = Workspace::with_scope(machine, Scope::LOADS);
     let mut state = State::zero(machine);
-    let mut placement = Placement::new(machine);
-    let is_astride = has_axle_astride(machine, edge);
     let times = &table.times_ns;
     let from_ns = turning.at_ns.saturating_sub(LAST_NS);
     let first = times.partition_point(|time_ns| *time_ns < from_ns);
@@ -295,15 +223,7 @@ fn share_off(turning: &Turning, table: &Table) -> Option<f64> {
     for row in (first..until).filter(|row| table.reasons[*row].leave_loads()) {
         table.state(row, &mut state);
         let outcome = evaluate(machine, &state, &mut workspace);
-        sums[0] += match is_astride {
-            false => -outcome.itom_full[edge] / size(machine, edge),
-            true => {
-                placement.place(&state);
-                let (factors, _) = factors_off(machine, &placement, edge)?;
-                let wheels = outcome.otf.iter().zip(&factors);
-                wheels.map(|(otf, factor)| otf * factor).sum()
-            }
-        };
+        sums[0] -= outcome.itom_full[edge] / size(machine, edge);
         sums[1] += outcome.normal_force;
     }
     let [load_n, weight_n] = sums;
@@ -337,18 +257,15 @@ impl OfEdge<'_, '_> {
         let times = rows.times_ns;
         let moment = |row: usize| rows.value(Quantity::ItomFull(edge), row);
         let weight = |row: usize| rows.value(Quantity::NormalForce, row);
-        let stays = stays(self.machine, edge);
+        let stays = (self.machine).stays_on_ground(&self.machine.polygon().edges()[edge]);
         let off: Vec<usize> = (0..stays.len()).filter(|&wheel| !stays[wheel]).collect();
         let load = |wheel: usize, row: usize| rows.value(Quantity::Load(wheel), row);
         let unloaded = |row: usize| {
             rows.is_meaningful(row) && off.iter().all(|&wheel| load(wheel, row) <= 0.0)
         };
         let size = size(self.machine, edge);
-        let is_astride = has_axle_astride(self.machine, edge);
-        // of the wheels off the edge some may stay on the ground: their moment tells nothing
-        let small = |row: usize| {
-            rows.is_meaningful(row) && (is_astride || is_small(moment(row), weight(row), size))
-        };
+        let small =
+            |row: usize| rows.is_meaningful(row) && is_small(moment(row), weight(row), size);
         let candidates = episodes_within(times, within, small);
         let mut found = Vec::new();
         for candidate in candidates {
@@ -356,7 +273,7 @@ impl OfEdge<'_, '_> {
                 continue;
             };
             let sigma_n = self.sigma(candidate, &factors);
-            let load = load_off(self.machine, rows, edge, (&factors, reach));
+            let load = load_off(rows, edge, reach);
             let limit_n = NEAR_SIGMAS * sigma_n.max(0.0);
             let near = |row: usize| {
                 let limit_n = limit_n.min(NEAR_SHARE * weight(row));
@@ -410,7 +327,7 @@ impl OfEdge<'_, '_> {
         let (factors, reach) = self.factors(rows_of)?;
         let sigma_n = self.sigma(rows_of, &factors);
         let edge = self.edge;
-        let computed = load_off(self.machine, rows, edge, (&factors, reach));
+        let computed = load_off(rows, edge, reach);
         let load = |row: usize| {
             let angle = rotation.angle_at(rows.times_ns[row]);
             computed(row) + self.of_rotation(row, angle) / reach
@@ -522,7 +439,7 @@ impl OfEdge<'_, '_> {
         let mut state = State::zero(self.machine);
         self.rows.state(row, &mut state);
         self.placement.place(&state);
-        let [from, to] = tipping_line(self.machine, self.placement, self.edge);
+        let [from, to] = self.placement.tipping_line(self.edge).through;
         let axis = (to - from).normalize();
         axis.iter().all(|c| c.is_finite()).then_some(axis)
     }

@@ -1,18 +1,16 @@
 //! The area on which a machine stands, seen from above: it stays on its supports while the zero moment point is within.
 
 use nalgebra::Vector2;
-use tipwatch_mechanics::machine::{Machine, TorqueJoint};
-use tipwatch_mechanics::{Placement, Scope, State, Workspace, evaluate};
+use tipwatch_mechanics::{Placement, State};
 
 use crate::base::table::Table;
-use crate::events::axles_astride;
 
 /// The area, in the contact plane: forward and left (m).
 #[derive(Debug, Default)]
 pub(super) struct Area {
     /// Its corners, counter-clockwise; none where the supports are unknown.
     pub(super) corners: Vec<Vector2<f64>>,
-    /// Two contacts of each axle that swings about a pivot and carries there, midway between them.
+    /// Two contacts of each axle that swings about a pivot and carries there.
     pub(super) axles: Vec<[Vector2<f64>; 2]>,
 }
 
@@ -35,13 +33,8 @@ impl Area {
             axles: Vec::new(),
         };
         for (index, edge) in machine.polygon().edges().iter().enumerate() {
-            for axle in axles_astride(machine, index) {
-                let carries = pivot(machine, state, axle, &contacts);
-                let ends = [edge.from, edge.to].map(|wheel| match axle.supports_wheel[wheel] {
-                    true => carries,
-                    false => contacts[wheel],
-                });
-                area.corners = left_of(&area.corners, ends);
+            for axle in machine.axles_astride(edge) {
+                area.corners = left_of(&area.corners, placement.tipping_line(index).on_ground);
                 let own = contacts.iter().zip(&axle.supports_wheel);
                 let mut own = own.filter(|(_, is_own)| **is_own).map(|(at, _)| *at);
                 let wheels = own.next().zip(own.next_back()).map(|(a, b)| [a, b]);
@@ -60,33 +53,6 @@ impl Area {
         let mut edges = self.corners.iter().zip(next);
         let is_known = !self.corners.is_empty();
         is_known.then(|| edges.all(|(from, to)| left([*from, *to], point) > 0.0))
-    }
-}
-
-/// Where an axle that swings about a pivot carries, whatever the other wheels do: where the force through its pivot meets the
-/// ground, which on a slope is not midway between its wheels.
-/// ```text
-///     p = sum of OTF_i p_i / sum of OTF_i      over its wheels
-/// ```
-fn pivot(
-    machine: &Machine,
-    state: &State<f64>,
-    axle: &TorqueJoint,
-    contacts: &[Vector2<f64>],
-) -> Vector2<f64> {
-    let mut workspace = Workspace::with_scope(machine, Scope::LOADS);
-    let otf = &evaluate(machine, state, &mut workspace).otf;
-    let wheels = || {
-        let wheels = contacts.iter().zip(otf).zip(&axle.supports_wheel);
-        wheels
-            .filter(|(_, is_own)| **is_own)
-            .map(|(wheel, _)| wheel)
-    };
-    let sum: f64 = wheels().map(|(_, otf)| otf).sum();
-    match sum > 0.0 {
-        true => wheels().map(|(at, otf)| at * *otf).sum::<Vector2<f64>>() / sum,
-        // where nothing tells
-        false => wheels().map(|(at, _)| at).sum::<Vector2<f64>>() / wheels().count() as f64,
     }
 }
 

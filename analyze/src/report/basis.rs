@@ -9,7 +9,6 @@ use super::unstated_load;
 use crate::analysis::Analysis;
 use crate::analysis::measured_loads::Contradiction;
 use crate::base::options::{Estimator, ModelKind};
-use crate::events::has_axle_astride;
 use crate::events::split_rule::measured_forces;
 use crate::events::support_words::SupportWord;
 use crate::page::{list, percent, readable, table};
@@ -140,11 +139,12 @@ pub(super) fn limitations(analysis: &Analysis) -> Markup {
     }
 }
 
-/// About what a machine with an axle that swings about a pivot tips, and that its indicators are about other lines.
+/// About what a machine with an axle that swings about a pivot tips, and for how long its indicators say so.
 pub(super) fn about_pivot(machine: &Machine) -> Option<&'static str> {
-    let mut edges = 0..machine.polygon().edges().len();
-    edges.any(|edge| has_axle_astride(machine, edge)).then(|| {
-        word!("Over its sides the machine tips about a line to the pivot of an axle. Moments, angles and the margin of the zero moment point are about the edges of the wheels' rectangle, which hold once the axle rests against its stop: before, they show more stability than there is.")
+    let mut edges = machine.polygon().edges().iter();
+    let is_astride = edges.any(|edge| machine.axles_astride(edge).next().is_some());
+    is_astride.then(|| {
+        word!("Over its sides the machine tips about a line to the pivot of an axle. Loads, moments, angles and the margin of the zero moment point are about it until the axle rests against its stop.")
     })
 }
 

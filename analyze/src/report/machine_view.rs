@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 use nalgebra::{Vector2, Vector3};
 use tipwatch_language::{say, word};
-use tipwatch_mechanics::machine::SupportKind;
+use tipwatch_mechanics::machine::{SupportKind, Wheel};
 use tipwatch_mechanics::{Placement, Quantity, State};
 
 use super::area::Area;
@@ -11,7 +11,7 @@ use super::drawing::{Anchor, Drawing, Point};
 use crate::analysis::Analysis;
 use crate::base::rows::Rows;
 use crate::events::support_words::SupportWord;
-use crate::events::{Event, tipping_line};
+use crate::events::{Event, EventKind};
 use crate::page::{number, table_of};
 
 /// Radius of the disc of the largest load at rest, as a share of the smaller distance between wheels.
@@ -45,6 +45,8 @@ pub(super) fn pictures(
             true => known,
             false => vec![true; known.len()],
         },
+        off: off_ground(analysis, row),
+        tips: tips(analysis, row),
         analysis,
         placement: &placement,
         rows: &found,
@@ -57,7 +59,7 @@ pub(super) fn pictures(
         -placement.normal.dot(&state.base.up),
     );
     let edge = event.and_then(|event| analysis.machine.edge_named(&event.subject));
-    let turns = edge.map(|edge| tipping_line(&analysis.machine, &placement, edge));
+    let turns = edge.map(|edge| placement.tipping_line(edge).through);
     let turns = turns.map(|[from, to]| placement.on_plane(&(to - from)));
     // about a line along the machine it turns to its side
     let [along, aside] = match turns {
@@ -131,6 +133,10 @@ struct View<'a> {
     rows: &'a Rows,
     /// The wheels and feet that the machine stands on or would stand on: those with loads.
     carries: Vec<bool>,
+    /// The wheels and feet that are off the ground by the events, whatever is left of their load within its error.
+    off: Vec<bool>,
+    /// Whether the machine tips by the events: the zero moment point is then on the line about which it does, within its error.
+    tips: bool,
     /// Whether its loads are not those of the machine that stood there.
     contradicted: bool,
 }
@@ -244,10 +250,10 @@ impl View<'_> {
             if self.contradicted {
                 continue;
             }
-            if load > 0.0 {
+            if load > 0.0 && !self.off[wheel] {
                 let class = if load < limit { "load light" } else { "load" };
                 drawing.circle(class, [x, y], disc(load));
-            } else if load <= 0.0 {
+            } else if load.is_finite() {
                 let r = 0.8 * r;
                 drawing.line("lifted", [x - r, y - r], [x + r, y + r]);
                 drawing.line("lifted", [x - r, y + r], [x + r, y - r]);
@@ -457,12 +463,16 @@ impl View<'_> {
         let standing = wheels.filter(|(wheel, _)| self.carries[*wheel]);
         let loads = standing.map(|(wheel, facts)| match self.load(wheel) {
             load if load.is_nan() => say!("{}: load unknown", facts.name),
-            load if load <= 0.0 => say!("{} carries nothing", facts.name),
+            load if load <= 0.0 || self.off[wheel] => say!("{} carries nothing", facts.name),
             load => say!("{} carries {} N", facts.name, number(load)),
         });
         let mut told: Vec<String> = loads.collect();
         if let Some([right, forward]) = self.zmp() {
             told.push(match self.area.is_inside(&Vector2::new(forward, -right)) {
+                Some(true) if self.tips => {
+                    word!("the zero moment point is at the edge of the supports, within its error")
+                        .into()
+                }
                 Some(true) => word!("the zero moment point is within the supports").into(),
                 Some(false) => word!("the zero moment point is not within the supports").into(),
                 None => word!("the area of the supports is unknown").into(),
@@ -505,6 +515,33 @@ impl View<'_> {
         drawing.line("com", [at[0] - r, at[1]], [at[0] + r, at[1]]);
         drawing.line("com", [at[0], at[1] - r], [at[0], at[1] + r]);
     }
+}
+
+/// Whether an event is likely and was going on at a row.
+fn goes_on(analysis: &Analysis, row: usize, event: &Event) -> bool {
+    let rows = &analysis.rows;
+    rows.at(event.start_ns) <= row
+        && event.end_ns.is_none_or(|end_ns| row < rows.at(end_ns))
+        && event.certainty.is_none_or(|certainty| certainty > 0.5)
+}
+
+/// Whether each wheel is off the ground at a row, as the events tell it.
+fn off_ground(analysis: &Analysis, row: usize) -> Vec<bool> {
+    let is_off = |wheel: &Wheel| {
+        analysis.events.iter().any(|event| {
+            event.kind == EventKind::WheelLift
+                && event.subject == wheel.name.to_lowercase()
+                && goes_on(analysis, row, event)
+        })
+    };
+    analysis.machine.wheels().iter().map(is_off).collect()
+}
+
+/// Whether the machine tips at a row, as the events tell it.
+fn tips(analysis: &Analysis, row: usize) -> bool {
+    let is_tipping = |event: &Event| event.kind == EventKind::EdgeTipping;
+    let mut tippings = analysis.events.iter().filter(|event| is_tipping(event));
+    tippings.any(|event| goes_on(analysis, row, event))
 }
 
 /// The smaller of length and width of the rectangle around the points (m), of those that are no line.

@@ -20,8 +20,10 @@
   function show() {
     let otf = logged.otf_n, variance = square(logged);
     facts.changes.forEach(function (it, k) {
-      // the steps of an input need not meet the logged value
-      const set = Number(inputs[k].value), value = Math.abs(set - it.logged) < inputs[k].step / 2 ? it.logged : set;
+      // the steps of an input need not meet what was simulated
+      const set = Number(inputs[k].value), half = inputs[k].step / 2;
+      const met = it.simulated.find(function (point) { return Math.abs(set - point.at) <= half; });
+      const value = met ? met.at : set;
       const shown = text(value) + ' ' + it.unit;
       const found = between(it.simulated, value);
       otf += found.otf - logged.otf_n;

@@ -8,17 +8,17 @@ use tipwatch_mechanics::{Machine, Parameter, State};
 use super::explanations::no_derivatives;
 use super::findings::{Scene, incidents};
 use crate::analysis::Analysis;
-use crate::analysis::advice::{Change, GroundSlope, Hypothesis, Question};
+use crate::analysis::advice::{Change, GroundSlope, Hypothesis, Question, moves_arm_alone};
 use crate::analysis::standing_rows::StandingRows;
 use crate::events::{Event, EventKind, Reply};
 use crate::page::{json_script, number, probability};
 
 /// Reach of the sliders of a joint (rad or m).
 const JOINT_REACH: f64 = 0.5;
-/// Most joints.
-const MOST_JOINTS: usize = 3;
 /// Sliders that change less over their whole range have no effect (N).
 const LEAST_EFFECT_N: f64 = 1.0;
+/// Steps of a slider: a little more than a whole number, so that rounding never takes the last one.
+const STEPS: f64 = 200.0 + 1e-6;
 /// Simulated values on either side of the logged one.
 const SIDE_VALUES: usize = 2;
 
@@ -230,7 +230,6 @@ fn of_question(
         most - least
     };
     joints.sort_by(|a, b| effect_n(b).total_cmp(&effect_n(a)));
-    joints.truncate(MOST_JOINTS);
     changes.extend(joints);
     if changes.is_empty() {
         return Err(word!("No change that is tried moves the load.").into());
@@ -243,23 +242,18 @@ fn of_question(
     })
 }
 
-/// The joints that an operator moves, with their names and how far they are moved: as far as the advice does, too.
+/// The joints of the arm, with their names and how far they are moved: as far as the advice does, too.
 fn joints(analysis: &Analysis, event: &Event) -> Vec<(usize, String, [f64; 3])> {
-    let Some(advice) = &analysis.advice else {
-        return Vec::new();
-    };
+    let advice = &analysis.advice;
     let mut state = State::zero(&analysis.machine);
     (analysis.rows).state(analysis.rows.at(event.worst_ns), &mut state);
-    let tried = advice.changes.iter().map(|change| change.name.as_str());
-    let tried = tried.chain(advice.rejected.iter().map(|tried| tried.name.as_str()));
-    let tried: Vec<&str> = tried.collect();
     let named = analysis.machine.joints().iter().enumerate();
-    let is_tried = |name: &str| tried.iter().any(|it| it.split(' ').next() == Some(name));
-    let named = named.filter(|(_, joint)| is_tried(&format!("{}.position", joint.name)));
-    let named = named.filter(|(index, _)| state.joints[*index].position.is_finite());
+    let named = named.filter(|(joint, _)| {
+        moves_arm_alone(&analysis.machine, *joint) && state.joints[*joint].position.is_finite()
+    });
     let range = |(index, joint): (usize, &tipwatch_mechanics::machine::MeasuredJoint)| {
         let now = state.joints[index].position;
-        let mut changes = advice.changes.iter();
+        let mut changes = advice.iter().flat_map(|advice| &advice.changes);
         let advised = changes.find(|change| change.of == Change::JointOffset(index));
         let at = advised.map_or(now, |advised| now + advised.change);
         let [least, most] = joint.limits.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
@@ -304,7 +298,7 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
                         label for=(format_args!("what-if-{place}")) { (it.name) ": " }
                         output id=(format_args!("what-if-{place}-value")) { (number(it.logged)) " " (it.unit) }
                         input type="range" id=(format_args!("what-if-{place}")) min=(first.at) max=(last.at) value=(it.logged)
-                            step=((last.at - first.at) / 200.0) disabled[it.simulated.len() < 2];
+                            step=((last.at - first.at) / STEPS) disabled[it.simulated.len() < 2];
                         span.hint { (say!("simulated: {}", simulated_in_words(it))) }
                     }
                 }

@@ -13,6 +13,6 @@ mod what_if;
 pub use findings::findings;
 pub use mode::{SuspensionMode, WhatIfOptions};
 pub use summary::Summary;
-pub use supposed::{Suppositions, caveats, replies, suppose};
+pub use supposed::{Suppositions, caveats, replies, suppose, supposing};
 pub(crate) use table::rod_names;
 pub use what_if::{CAVEATS, WhatIf, what_if};

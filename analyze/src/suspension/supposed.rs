@@ -239,6 +239,21 @@ pub fn suppose(
     suppositions: &Suppositions,
 ) -> Result<[Analysis; 2]> {
     let recorded = analyse(log, file, options, &mut |_| {})?;
+    let supposed = supposing(log, file, options, suppositions, &recorded)?;
+    Ok([recorded, supposed])
+}
+
+/// Analyses a log as supposed, beside its analysis as recorded.
+///
+/// # Errors
+/// As [`suppose`].
+pub fn supposing(
+    log: &Path,
+    file: &MachineFile,
+    options: Options,
+    suppositions: &Suppositions,
+    recorded: &Analysis,
+) -> Result<Analysis> {
     if let Some(gross) = recorded.gross_inputs.first() {
         bail!(
             "{}: expected plausible inputs. {}. Likely correction: {}",
@@ -247,14 +262,12 @@ pub fn suppose(
             gross.fix
         );
     }
-    let hypotheses = suppositions.hypotheses(&recorded, !bases_rest(&recorded).contains(&false))?;
+    let hypotheses = suppositions.hypotheses(recorded, !bases_rest(recorded).contains(&false))?;
     let is_level = |hypothesis: &Hypothesis| matches!(hypothesis, Hypothesis::Slope(ground, _) if ground.is_level());
     if suppositions.is_only_level() && hypotheses.iter().any(is_level) {
         // what happened on level ground is what was recorded, with all that was measured of it
-        let again = analyse(log, file, recorded.options, &mut |_| {})?;
-        return Ok([recorded, again]);
+        return analyse(log, file, recorded.options, &mut |_| {});
     }
     let file = suppositions.file(file);
-    let supposed = analyse_supposing(log, &file, options, &hypotheses, &recorded)?;
-    Ok([recorded, supposed])
+    analyse_supposing(log, &file, options, &hypotheses, recorded)
 }

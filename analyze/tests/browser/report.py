@@ -3,11 +3,12 @@
     pip install websocket-client; pip install --no-deps axe-playwright-python
     python analyze/tests/browser/report.py REPORT.html [FOLDER]
 
-Fails if the page has an error, asks for anything but itself, does not paint within two seconds, if zoom or time slider do
-not work, if anything overflows, collides, is blank or has no name, or if the summary is longer than a sheet of paper. FOLDER receives pictures at three window widths and the printed page.
+Fails if the page has an error, asks for anything but itself, does not paint within two seconds, if zoom, time slider or
+sliders of a change do not work, if anything overflows, collides, is blank or has no name, or if the summary is longer than a sheet of paper. FOLDER receives pictures at three window widths and the printed page.
 """
 
 import base64
+import re
 import sys
 import tempfile
 import time
@@ -84,6 +85,7 @@ def check(browser, page):
                     "(document.getElementById('moment-space'))")
         assert browser.run(space) != before, "dragging does not turn the bodies"
         print("dragging turns the bodies")
+    sliders(browser)
     collisions(browser)
     accessible(browser)
     for width in WIDTHS:
@@ -101,6 +103,45 @@ def check(browser, page):
             address = parameters["request"]["url"]
             assert address.startswith(("data:", "blob:")) or Path(address).parent.name in here, address
     print("no errors, nothing from elsewhere")
+
+
+def sliders(browser):
+    """A slider shows what was simulated at its values, and between two of them the straight line; its button shows the log again."""
+    facts = browser.run("JSON.parse(document.getElementById('what-if-data')?.textContent ?? 'null')")
+    if facts is None:
+        return
+    begin, end = browser.run("document.getElementById('what-if-result').dataset.result").split("{otf}")
+    logged = facts["logged"]["otf_n"]
+
+    def shown():
+        text = browser.run("document.getElementById('what-if-result').textContent")
+        assert text.startswith(begin), text
+        number = re.match(r"-?\d+", text[len(begin):])
+        assert number and end.split("{")[0] in text, text
+        return int(number.group())
+
+    def move(place, at):
+        moved = (f"(s => {{ s.value = {at}; s.dispatchEvent(new Event('input')); return Number(s.value) }})"
+                 f"(document.getElementById('what-if-{place}'))")
+        return browser.run(moved)
+
+    assert abs(shown() - logged) <= 0.5 + 1e-6, (shown(), logged)
+    tried = 0
+    for place, change in enumerate(facts["changes"]):
+        points = change["simulated"]
+        for point in points:
+            move(place, point["at"])
+            assert abs(shown() - point["otf_n"]) <= 0.5 + 1e-6, (change["name"], point, shown())
+            tried += 1
+        for a, b in zip(points, points[1:]):
+            # a third of the way, to the next step of the input
+            at = move(place, a["at"] + (b["at"] - a["at"]) / 3)
+            line = a["otf_n"] + (b["otf_n"] - a["otf_n"]) * (at - a["at"]) / (b["at"] - a["at"])
+            assert abs(shown() - line) <= 0.5 + 1e-6, (change["name"], at, line, shown())
+        browser.run("document.getElementById('what-if-reset').click()")
+        assert abs(shown() - logged) <= 0.5 + 1e-6, (change["name"], shown(), logged)
+    assert tried >= 6, facts
+    print(f"sliders show {tried} simulated values and the lines between them")
 
 
 def collisions(browser):

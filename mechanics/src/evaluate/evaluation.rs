@@ -15,11 +15,11 @@ use crate::evaluate::workspace::Workspace;
 use crate::explain::indicators::overturning;
 use crate::geometry::contact_plane::ContactPlane;
 use crate::geometry::spatial::Wrench;
-use crate::machine::{Linkage, Machine};
+use crate::machine::{Edge, Linkage, Machine};
 use crate::number::Real;
 use crate::state::State;
 use crate::wheel_loads::{
-    Actuation, DistalSubtrees, GroundForce, Loads, SupportConfiguration, distal_wrenches,
+    Actuation, DistalSubtrees, GroundForce, Loads, Standing, SupportConfiguration, distal_wrenches,
 };
 
 /// The support solution that a workspace holds.
@@ -74,6 +74,7 @@ pub fn evaluate<'w, T: Real>(
     };
     w.solver
         .find_envelope(machine, &w.equations, &out.itom_full, &mut loads);
+    tip_about_lines(machine, w, &plane);
     if w.scope != Scope::LOADS {
         let explained = Explained {
             machine,
@@ -308,7 +309,9 @@ fn load_wheels<T: Real>(
     let out = &mut w.outcome;
     out.contact_normal = *normal;
     out.normal_force = force.normal;
-    stability(machine, force, &w.contacts, out);
+    stability(machine, force, out, |edge| {
+        [w.contacts[edge.from], w.contacts[edge.to]]
+    });
     let mut loads = Loads {
         otf: &mut out.otf,
         load: &mut out.load,
@@ -324,12 +327,39 @@ fn load_wheels<T: Real>(
     );
 }
 
-/// Centre of pressure and overturning moments.
+/// Stability about the lines about which the machine tips, where these are not the edges.
+fn tip_about_lines<T: Real>(machine: &Machine, w: &mut Workspace<T>, plane: &ContactPlane<T>) {
+    let edges = &machine.polygon.edges;
+    w.tipping_lines.clear();
+    if !edges
+        .iter()
+        .any(|edge| machine.axles_astride(edge).next().is_some())
+    {
+        return;
+    }
+    let standing = Standing {
+        machine,
+        motions: &w.motions,
+        plane,
+        contacts: &w.contacts,
+        otf: &w.outcome.otf,
+    };
+    let lines = edges.iter().map(|edge| standing.line(edge));
+    w.tipping_lines.extend(lines);
+    let force = GroundForce::of(&w.equations);
+    let mut lines = w.tipping_lines.iter();
+    stability(machine, &force, &mut w.outcome, |edge| {
+        let line = lines.next().map(|line| line.on_ground);
+        line.unwrap_or_else(|| [w.contacts[edge.from], w.contacts[edge.to]])
+    });
+}
+
+/// Centre of pressure, and overturning moments about a line on the ground for each edge.
 fn stability<T: Real>(
     machine: &Machine,
     force: &GroundForce<T>,
-    contacts: &[Vector2<T>],
     out: &mut Outcome<T>,
+    mut line: impl FnMut(&Edge) -> [Vector2<T>; 2],
 ) {
     let unknown = T::constant(f64::NAN);
     let pushes = T::zero().lt(force.normal);
@@ -338,7 +368,7 @@ fn stability<T: Real>(
     out.zmp_y = T::select(pushes, pressure.y, unknown);
     let mut margin = T::constant(f64::INFINITY);
     for (edge, moment) in machine.polygon.edges.iter().zip(&mut out.itom_full) {
-        *moment = overturning(force, edge, contacts);
+        *moment = overturning(force, line(edge));
         margin = (-*moment / force.normal).min(margin);
     }
     out.zmp_margin = T::select(pushes, margin, unknown);

@@ -35,6 +35,7 @@ pub(crate) fn explain<T: Real>(it: &Explained<'_, T>, w: &mut Workspace<T>, mode
             state: it.state,
             plane: it.plane,
             contacts: &w.contacts,
+            tipping_lines: &w.tipping_lines,
             whole: &w.groups.sets[0],
             motions: &w.motions,
             ground_wrench: &w.outcome.ground_wrench,

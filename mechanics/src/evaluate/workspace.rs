@@ -15,7 +15,7 @@ use crate::geometry::coordinate::Coordinate;
 use crate::geometry::spatial::Wrench;
 use crate::machine::Machine;
 use crate::number::Real;
-use crate::wheel_loads::{Actuation, Equations, LoadAdjoints, Solver};
+use crate::wheel_loads::{Actuation, Equations, LoadAdjoints, Solver, TippingLine};
 
 /// Reusable scratch memory of [`evaluate`](crate::evaluate) for one machine. A step does not allocate.
 #[derive(Debug)]
@@ -36,6 +36,8 @@ pub struct Workspace<T: Real> {
     /// The loads that deflect the tyres (N).
     pub(crate) pressing: Vec<T>,
     pub(crate) contacts: Vec<Vector2<T>>,
+    /// The lines about which the machine tips, by edge; none where these are the edges.
+    pub(crate) tipping_lines: Vec<TippingLine<T>>,
     pub(crate) equations: Equations<T>,
     pub(crate) solver: Solver<T>,
     pub(crate) adjoints: LoadAdjoints<T>,
@@ -82,6 +84,7 @@ impl<T: Real> Workspace<T> {
             radii: vec![T::zero(); wheels],
             pressing: vec![T::zero(); wheels],
             contacts: vec![Vector2::zeros(); wheels],
+            tipping_lines: Vec::with_capacity(machine.polygon.edges.len()),
             equations: Equations::new(machine),
             solver: Solver::new(machine, scope.needs_influences()),
             adjoints: LoadAdjoints::new(machine),

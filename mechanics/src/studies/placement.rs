@@ -8,6 +8,7 @@ use crate::evaluate::workspace::Workspace;
 use crate::geometry::spatial::rotate;
 use crate::machine::{LinkGroup, Machine};
 use crate::state::State;
+use crate::wheel_loads::TippingLine;
 
 /// Positions of a machine's parts in the base frame, updated state by state.
 #[derive(Debug)]
@@ -99,6 +100,20 @@ impl<'a> Placement<'a> {
     #[must_use]
     pub fn point(&self, body: usize, in_body: &Vector3<f64>) -> Vector3<f64> {
         self.workspace.motions[body].point(in_body)
+    }
+
+    /// The line about which the machine tips over an edge of its polygon: its edge, or to the pivot of an axle astride it.
+    #[must_use]
+    pub fn tipping_line(&self, edge: usize) -> TippingLine<f64> {
+        if let Some(line) = self.workspace.tipping_lines.get(edge) {
+            return *line;
+        }
+        let edge = &self.machine.polygon().edges()[edge];
+        let through = [edge.from, edge.to].map(|wheel| self.contacts[wheel]);
+        TippingLine {
+            on_ground: through.map(|at| self.on_plane(&at)),
+            through,
+        }
     }
 
     /// Coordinates of a point of the base frame along the axes of `zmp_x` and `zmp_y`: forward and left in

@@ -22,6 +22,7 @@ mod least_energy;
 mod loads;
 mod measured_supports;
 mod response;
+mod tipping_lines;
 mod unilateral;
 
 pub(crate) use actuated::Actuation;
@@ -30,4 +31,6 @@ pub use deviation::sigma;
 pub(crate) use equilibrium::{DistalSubtrees, distal_wrenches};
 pub use equilibrium::{Equations, GroundForce};
 pub(crate) use loads::Loads;
+pub(crate) use tipping_lines::Standing;
+pub use tipping_lines::TippingLine;
 pub use unilateral::Solver;

@@ -186,11 +186,10 @@ impl<'m> Supposed<'m> {
     pub(crate) fn steadiness(&mut self, state: &State<f64>) -> f64 {
         self.placement.place(state);
         let placed = &self.placement;
-        let edges = self.machine.polygon().edges().iter();
+        let edges = 0..self.machine.polygon().edges().len();
         let distances = edges.map(|edge| {
-            let from = placed.contacts[edge.from];
-            let along: Vector3<f64> = placed.contacts[edge.to] - from;
-            let inwards = placed.normal.cross(&along).normalize();
+            let [from, to] = placed.tipping_line(edge).through;
+            let inwards = placed.normal.cross(&(to - from)).normalize();
             inwards.dot(&(placed.centre_of_mass - from))
         });
         let least = distances.reduce(|a, b| if b < a { b } else { a });
@@ -211,7 +210,7 @@ pub(super) fn attached_kg(machine: &Machine, state: &State<f64>) -> f64 {
 }
 
 /// Whether a joint moves parts of the arm and nothing else.
-fn moves_arm_alone(machine: &Machine, joint: usize) -> bool {
+pub(crate) fn moves_arm_alone(machine: &Machine, joint: usize) -> bool {
     let measured = |linkage: usize| machine.linkages()[linkage].measured_joint;
     let moves = |coupling: JointCoupling| match coupling {
         JointCoupling::Root => false,

@@ -18,6 +18,6 @@ pub(crate) use advise::advise;
 pub use change::Change;
 pub(crate) use counterfactual::{Question, ask_all};
 pub(crate) use ground_slope::GroundSlope;
-pub(crate) use hypothesis::Hypothesis;
+pub(crate) use hypothesis::{Hypothesis, moves_arm_alone};
 pub use result::{Advice, BeforeAfter, RejectedChange, SimulatedChange, WheelMargins};
 pub(crate) use supposed_states::SupposedStates;

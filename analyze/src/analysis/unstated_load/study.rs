@@ -13,7 +13,7 @@ use super::nuisances::Nuisances;
 use super::result::{EstimatedAmount, ExplainedFall, Explanation};
 use super::rows::{FallRows, Reader};
 use crate::base::table::Table;
-use crate::events::{Event, EventKind, has_axle_astride};
+use crate::events::{Event, EventKind};
 
 /// Most rotations of a log that are explained, the largest first.
 const MOST_FALLS: usize = 5;
@@ -40,7 +40,10 @@ pub(crate) fn falls(table: &Table, events: &[Event]) -> Vec<Fall> {
         let machine = table.machine_at(table.at(event.start_ns))?;
         let edge = machine.edge_named(&event.subject)?;
         // the moment about an edge weighs the machine only where it tips about that edge
-        let is_its_line = !has_axle_astride(machine, edge);
+        let is_its_line = machine
+            .axles_astride(&machine.polygon().edges()[edge])
+            .next()
+            .is_none();
         is_its_line.then(|| Fall {
             edge,
             onset_ns: event.start_ns,

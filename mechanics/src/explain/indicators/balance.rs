@@ -10,6 +10,7 @@ use crate::geometry::spatial::Wrench;
 use crate::machine::Machine;
 use crate::number::Real;
 use crate::state::State;
+use crate::wheel_loads::TippingLine;
 
 /// An evaluation, with what the indicators need of it.
 pub(crate) struct Balance<'a, T: Real> {
@@ -18,6 +19,8 @@ pub(crate) struct Balance<'a, T: Real> {
     pub(crate) plane: &'a ContactPlane<T>,
     /// The contact points in the plane.
     pub(crate) contacts: &'a [Vector2<T>],
+    /// The lines about which the machine tips, by edge; none where these are the edges.
+    pub(crate) tipping_lines: &'a [TippingLine<T>],
     pub(crate) whole: &'a Parts<T>,
     pub(crate) motions: &'a [BodyMotion<T>],
     /// Force and moment of the ground, about the base origin.

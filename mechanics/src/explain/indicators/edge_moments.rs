@@ -16,18 +16,12 @@ use nalgebra::{Vector2, Vector3};
 use super::balance::Balance;
 use super::values::Indicators;
 use crate::geometry::spatial::Wrench;
-use crate::machine::Edge;
 use crate::number::Real;
 use crate::wheel_loads::GroundForce;
 
-/// Overturning moment about an edge of a wrench that the ground must support: with e the unit vector of the
-/// edge, counter-clockwise, starting at p, M = -(e . (M_xy + p x F_n)).
-pub(crate) fn overturning<T: Real>(
-    force: &GroundForce<T>,
-    edge: &Edge,
-    contacts: &[Vector2<T>],
-) -> T {
-    let (from, to) = (contacts[edge.from], contacts[edge.to]);
+/// Overturning moment about a line on the ground of a wrench that the ground must support: with e the unit vector of the
+/// line, counter-clockwise, starting at p, M = -(e . (M_xy + p x F_n)).
+pub(crate) fn overturning<T: Real>(force: &GroundForce<T>, [from, to]: [Vector2<T>; 2]) -> T {
     let along = to - from;
     let length = along.dot(&along).sqrt();
     let inward = along.x * (force.moment.x - force.normal * from.y)
@@ -51,8 +45,12 @@ pub(super) fn fill<T: Real>(
         of(&ground.minus(&parts.wheels.wrench)),
     );
     for (i, edge) in balance.machine.polygon.edges.iter().enumerate() {
-        out.mhs[i] = overturning(&mhs, edge, balance.contacts);
-        out.tom[i] = overturning(&tom, edge, balance.contacts);
-        out.itom[i] = overturning(&itom, edge, balance.contacts);
+        let line = match balance.tipping_lines.get(i) {
+            Some(line) => line.on_ground,
+            None => [edge.from, edge.to].map(|wheel| balance.contacts[wheel]),
+        };
+        out.mhs[i] = overturning(&mhs, line);
+        out.tom[i] = overturning(&tom, line);
+        out.itom[i] = overturning(&itom, line);
     }
 }
