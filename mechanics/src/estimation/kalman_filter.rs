@@ -15,9 +15,11 @@ use super::faster;
 use super::history::History;
 use super::lag::MeanAccelerations;
 use super::misfit::{self, Misfit};
+use super::state_builder::FilterStatus;
 use super::white_jerk::{
     Channel, ChannelState, Matrix, predicted, seconds, smoother_gain, step, symmetric,
 };
+use crate::estimation::plausibility::Treatment;
 use crate::state::SampleError;
 
 /// Initial standard deviation of a channel's derivatives, as multiples of the process noise.
@@ -150,6 +152,35 @@ impl KalmanFilter {
         self.state.started_ns
     }
 
+    /// Whether its last sample is no further from a stamp than a gap.
+    pub(super) fn is_near(&self, stamp_ns: i64, max_gap_ns: i64) -> bool {
+        let apart = |last: i64| last.abs_diff(stamp_ns);
+        (self.last_ns()).is_some_and(|last| apart(last) <= max_gap_ns.unsigned_abs())
+    }
+
+    /// Whether it has settled at a stamp.
+    pub(super) fn status(&self, stamp_ns: i64, settle_ns: i64) -> FilterStatus {
+        match stamp_ns.saturating_sub(self.started_ns()) >= settle_ns {
+            true => FilterStatus::Known,
+            false => FilterStatus::Settling,
+        }
+    }
+
+    /// Goes on with what another one of the same motion did not follow well: it has settled with that one.
+    pub(super) fn take_over(&mut self, from: &Self) {
+        self.state.started_ns = from.state.started_ns;
+    }
+
+    /// A channel says no more of the noise of the others: it has another one, and what was learnt with it is forgotten.
+    pub(super) fn disregard(&mut self, channel: usize) {
+        if let Some(adaptation) = &mut self.state.adaptation {
+            adaptation.disregard(channel);
+        }
+        if let Some(misfit) = &mut self.misfit {
+            misfit.disregard(channel);
+        }
+    }
+
     pub(super) fn state(&self) -> &FilterState {
         &self.state
     }
@@ -228,6 +259,25 @@ impl KalmanFilter {
             Some(faster) => faster.push(stamp_ns, values, rates, doubt),
             None => Ok(()),
         }
+    }
+
+    /// The same with a sample as the plausibility check judged it.
+    pub(super) fn push_treated(
+        &mut self,
+        stamp_ns: i64,
+        values: &[f64],
+        rates: Option<&[f64]>,
+        treatment: &Treatment,
+    ) -> Result<(), SampleError> {
+        if treatment.left_out {
+            return Ok(());
+        }
+        let rates = rates.filter(|_| !treatment.rates_left_out);
+        let doubt = Doubt {
+            value_variance: treatment.value_variance,
+            rate_variance: treatment.rate_variance,
+        };
+        self.push(stamp_ns, values, rates, doubt)
     }
 
     /// Covariance predicted to a stamp close to the last sample, as large as the innovations show it to be.

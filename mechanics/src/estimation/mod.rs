@@ -11,6 +11,7 @@
 //! [`EstimatorSpec::max_gap`](crate::machine::EstimatorSpec): rows in it are marked invalid.
 
 mod adaptation;
+mod alone;
 mod bias;
 mod causal;
 mod faster;

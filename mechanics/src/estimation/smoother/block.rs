@@ -290,7 +290,7 @@ impl Bench {
             }
             if last_ns.replace(stamp_ns) != Some(stamp_ns) {
                 // Counted in the forward pass.
-                let _ = self.filters.push(&sample, &walk.judgement(stamp_ns));
+                let _ = self.filters.push(&sample, &walk.judgement(stamp_ns), &[]);
             }
         }
         Ok(())
