@@ -4,8 +4,9 @@
 //! The filter of the message follows it further, and neither its estimate nor the noise that it shows there is used. Bands are those
 //! of the joint that is known worst, for the noise of all joints of the arm is one number.
 
+use super::judged;
 use super::kalman_filter::KalmanFilter;
-use super::state_builder::{FilterStatus, Reading};
+use super::reading::{FilterStatus, Reading};
 use super::white_jerk::Channel;
 use crate::estimation::plausibility::Treatment;
 use crate::state::SampleError;
@@ -64,7 +65,7 @@ impl Alone {
         let is_used = self.is_used();
         let filter = &mut self.filter;
         let mut measured =
-            |at_ns: i64| filter.push_treated(at_ns, &[position], Some(&[rate]), treatment);
+            |at_ns: i64| judged::push(filter, at_ns, &[position], Some(&[rate]), treatment);
         match (repeats, self.measured_ns) {
             (true, Some(at_ns)) if !is_used => {
                 measured(at_ns)?;

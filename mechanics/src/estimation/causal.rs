@@ -4,10 +4,11 @@ use super::bias::BiasEstimator;
 use super::filled_velocities::FilledVelocities;
 use super::followed::Followed;
 use super::held_values::Repeats;
+use super::reading::Reading;
 use super::rotation::{PlatformRotation, RotationSpell};
 use super::rows::{Estimate, RowClock, regular_index, regular_row};
 use super::shown_noise::ShownNoise;
-use super::state_builder::{Filters, Reading, StateBuilder};
+use super::state_builder::{Filters, StateBuilder};
 use super::white_jerk::{Channel, seconds};
 use crate::estimation::plausibility::{
     Finding, KnownPosition, Plausibility, RowEffect, SignalDoubt,

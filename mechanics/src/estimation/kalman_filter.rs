@@ -15,11 +15,10 @@ use super::faster;
 use super::history::History;
 use super::lag::MeanAccelerations;
 use super::misfit::{self, Misfit};
-use super::state_builder::FilterStatus;
+use super::reading::FilterStatus;
 use super::white_jerk::{
     Channel, ChannelState, Matrix, predicted, seconds, smoother_gain, step, symmetric,
 };
-use crate::estimation::plausibility::Treatment;
 use crate::state::SampleError;
 
 /// Initial standard deviation of a channel's derivatives, as multiples of the process noise.
@@ -259,25 +258,6 @@ impl KalmanFilter {
             Some(faster) => faster.push(stamp_ns, values, rates, doubt),
             None => Ok(()),
         }
-    }
-
-    /// The same with a sample as the plausibility check judged it.
-    pub(super) fn push_treated(
-        &mut self,
-        stamp_ns: i64,
-        values: &[f64],
-        rates: Option<&[f64]>,
-        treatment: &Treatment,
-    ) -> Result<(), SampleError> {
-        if treatment.left_out {
-            return Ok(());
-        }
-        let rates = rates.filter(|_| !treatment.rates_left_out);
-        let doubt = Doubt {
-            value_variance: treatment.value_variance,
-            rate_variance: treatment.rate_variance,
-        };
-        self.push(stamp_ns, values, rates, doubt)
     }
 
     /// Covariance predicted to a stamp close to the last sample, as large as the innovations show it to be.

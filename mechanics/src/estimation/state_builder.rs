@@ -6,7 +6,9 @@ use super::adaptation::Adaptation;
 use super::alone::Alone;
 use super::faster;
 use super::followed::Followed;
+use super::judged;
 use super::kalman_filter::{FilterModel, KalmanFilter};
+use super::reading::{FilterStatus, Reading};
 use super::shaken::{Motion as ShakenMotion, Shaken};
 use super::shown_noise::ShownNoise;
 use super::turns::Turns;
@@ -21,29 +23,6 @@ use crate::state::{
 
 /// A quaternion whose norm differs from one by more than this is not an orientation.
 const QUATERNION_NORM_TOLERANCE: f64 = 0.1;
-
-/// Whether a filter's estimate is valid at a given time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum FilterStatus {
-    Known,
-    Settling,
-    Unknown,
-}
-
-/// A filter's estimate at a given time.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Reading {
-    pub(super) standing: FilterStatus,
-    /// Covariance of a channel's derivatives, shared by all channels; zero where nothing is measured.
-    pub(super) covariance: Matrix,
-}
-
-impl Reading {
-    pub(super) const NOTHING: Self = Self {
-        standing: FilterStatus::Unknown,
-        covariance: [[0.0; 3]; 3],
-    };
-}
 
 /// The filters of a set of sensors.
 #[derive(Debug, Clone)]
@@ -206,7 +185,7 @@ impl Filters {
         let mut filters = self.list.iter_mut();
         let (_, filter) =
             (filters.find(|(f, _)| *f == followed)).ok_or(SampleError::UnknownSensor)?;
-        filter.push_treated(stamp_ns, values, rates, treatment)
+        judged::push(filter, stamp_ns, values, rates, treatment)
     }
 
     /// Passes the parts of a sample to their filters, as the plausibility check judged them. Joints that only `repeat` their last
