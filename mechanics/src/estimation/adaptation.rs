@@ -140,6 +140,14 @@ impl Adaptation {
         }
     }
 
+    /// A channel counts no more, and the noise is as stated again: what the channels showed together is not known apart.
+    pub(super) fn disregard(&mut self, channel: usize) {
+        self.counts[channel] = 0.0;
+        self.restart();
+        (self.lag, self.accord) = (0.0, 0.0);
+        (self.logarithms, self.factors) = (Factors::ZERO, Factors::STATED);
+    }
+
     pub(super) fn factors(&self) -> Factors {
         self.factors
     }

@@ -4,10 +4,11 @@ use super::bias::BiasEstimator;
 use super::filled_velocities::FilledVelocities;
 use super::followed::Followed;
 use super::held_values::Repeats;
+use super::reading::Reading;
 use super::rotation::{PlatformRotation, RotationSpell};
 use super::rows::{Estimate, RowClock, regular_index, regular_row};
 use super::shown_noise::ShownNoise;
-use super::state_builder::{FilterStatus, Filters, Reading, StateBuilder};
+use super::state_builder::{Filters, StateBuilder};
 use super::white_jerk::{Channel, seconds};
 use crate::estimation::plausibility::{
     Finding, KnownPosition, Plausibility, RowEffect, SignalDoubt,
@@ -35,6 +36,10 @@ pub struct CausalEstimator {
     measured: Vec<f64>,
     /// By sensor, in their order; a repeat is no sample.
     repeats: Vec<(Sensor, Repeats)>,
+    /// The same by stream of joint states and joint.
+    joint_repeats: Vec<Vec<Repeats>>,
+    /// Which joints of the last message only repeat, by their places; others are new in it.
+    repeat: Vec<bool>,
     is_repeat: bool,
     /// Sees every sample that is no repeat as it was measured, those that are implausible or not later, too.
     rotation: PlatformRotation,
@@ -62,6 +67,8 @@ impl CausalEstimator {
     #[must_use]
     pub fn new(machine: &Machine, sensors: &Sensors, clock: RowClock) -> Self {
         let max_gap_ns = (machine.estimator().max_gap * 1e9) as i64;
+        let streams = sensors.joints.iter();
+        let most_joints = streams.map(|stream| stream.joints.len()).max().unwrap_or(0);
         Self {
             filters: Filters::new(machine, sensors, false),
             bias: BiasEstimator::new(machine, sensors, false),
@@ -71,12 +78,7 @@ impl CausalEstimator {
             filled_velocities: (sensors.joints.iter())
                 .map(|stream| FilledVelocities::new(stream.joints.len()))
                 .collect(),
-            measured: Vec::with_capacity(
-                (sensors.joints.iter())
-                    .map(|stream| 2 * stream.joints.len())
-                    .max()
-                    .unwrap_or(0),
-            ),
+            measured: Vec::with_capacity(2 * most_joints),
             repeats: (sensors.iter())
                 .filter_map(|sensor| {
                     let is_of_joints = matches!(sensor, Sensor::Joints(_));
@@ -85,6 +87,10 @@ impl CausalEstimator {
                     Some((sensor, Repeats::new(values, assumed_ns)))
                 })
                 .collect(),
+            joint_repeats: (sensors.joints.iter())
+                .map(|stream| vec![Repeats::of_joint(max_gap_ns); stream.joints.len()])
+                .collect(),
+            repeat: Vec::with_capacity(most_joints),
             is_repeat: false,
             rotation: PlatformRotation::new(machine, sensors),
             supports: SupportWatch::new(machine, sensors),
@@ -290,6 +296,8 @@ impl CausalEstimator {
         let repeats = of_sensor.map(|place| &mut self.repeats[place].1);
         self.is_repeat =
             repeats.is_some_and(|repeats| repeats.take(sample.stamp_ns, sample.values));
+        let is_held = of_sensor.is_some_and(|place| self.repeats[place].1.are_held());
+        self.find_repeating_joints(sample, is_held);
         let result = match self.is_repeat {
             true => {
                 self.plausibility.forget_findings();
@@ -300,6 +308,10 @@ impl CausalEstimator {
         if let Some(place) = of_sensor {
             let is_sound = result == Ok(Credible(true));
             self.repeats[place].1.judge(is_sound);
+            if let Sensor::Joints(stream) = sample.sensor {
+                let joints = self.joint_repeats[stream].iter_mut();
+                joints.for_each(|repeats| repeats.judge(is_sound));
+            }
         }
         let mut counts = self.counts.iter_mut();
         if !self.is_repeat
@@ -332,10 +344,24 @@ impl CausalEstimator {
         result.map(|_| ())
     }
 
+    /// Finds which joints of a message only repeat their last measurement; none where the whole message is held.
+    fn find_repeating_joints(&mut self, sample: &Sample<'_>, is_held: bool) {
+        self.repeat.clear();
+        let Sensor::Joints(stream) = sample.sensor else {
+            return;
+        };
+        let (positions, rates) = sample.values.split_at(sample.values.len() / 2);
+        let joints = self.joint_repeats.get_mut(stream).into_iter().flatten();
+        for (repeats, (&position, &rate)) in joints.zip(positions.iter().zip(rates)) {
+            let repeats = repeats.take(sample.stamp_ns, &[position, rate]);
+            self.repeat.push(repeats && !is_held);
+        }
+    }
+
     /// Judges a sample and passes it to the filters.
     fn take(&mut self, machine: &Machine, sample: &Sample<'_>) -> Result<Credible, SampleError> {
         self.rotation.step(sample);
-        let judgement = self.plausibility.step(sample)?;
+        let judgement = self.plausibility.step_partly(sample, &self.repeat)?;
         if let Some((_, standing)) = self
             .standing
             .iter_mut()
@@ -344,7 +370,7 @@ impl CausalEstimator {
             *standing = self.plausibility.row_effect(machine);
         }
         self.bias.push(sample, &judgement);
-        self.filters.push(sample, &judgement)?;
+        self.filters.push(sample, &judgement, &self.repeat)?;
         if self.plausibility.lacks_a_value() {
             return Err(SampleError::NotFinite);
         }
@@ -358,22 +384,20 @@ impl CausalEstimator {
             let Some(filter) = filters.get(followed) else {
                 return Reading::NOTHING;
             };
-            let near = filter
-                .last_ns()
-                .is_some_and(|last| last.abs_diff(time_ns) <= max_gap_ns.unsigned_abs());
-            if !near {
+            if !filter.is_near(time_ns, max_gap_ns) {
                 return Reading::NOTHING;
             }
-            let covariance = filter.read(time_ns, share, channels);
-            let settled = time_ns.saturating_sub(filter.started_ns()) >= settle_ns;
-            Reading {
-                standing: if settled {
-                    FilterStatus::Known
-                } else {
-                    FilterStatus::Settling
-                },
-                covariance,
+            let mut reading = Reading {
+                standing: filter.status(time_ns, settle_ns),
+                covariance: filter.read(time_ns, share, channels),
+            };
+            for alone in filters.alone(followed) {
+                if !alone.is_near(time_ns, max_gap_ns) {
+                    return Reading::NOTHING;
+                }
+                alone.read_into(time_ns, settle_ns, channels, &mut reading);
             }
+            reading
         };
         let elapsed_s = seconds(time_ns.saturating_sub(self.first_row_ns.unwrap_or(time_ns)));
         let mut effect = RowEffect::default();

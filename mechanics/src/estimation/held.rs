@@ -1,7 +1,7 @@
 //! The last known value of a filter, held at rest.
 
 use crate::estimation::history::History;
-use crate::estimation::state_builder::{FilterStatus, Reading};
+use crate::estimation::reading::{FilterStatus, Reading};
 use crate::estimation::white_jerk::Channel;
 
 /// Whether samples around a time are close enough to show motion: those on both sides of it, or those up to it if it

@@ -28,6 +28,10 @@ const REMEMBERED: usize = 64;
 const TELLING: usize = 32;
 /// Number of samples over which the interval between them is averaged.
 const INTERVAL_MEMORY: i64 = 8;
+/// A velocity that is so many times its least step is resolved.
+const RESOLVED: f64 = 10.0;
+/// So often, position and velocity repeat by chance within the first samples.
+const BY_CHANCE: u32 = 3;
 /// Share of the changes of two parts that are in the same samples if the parts are measured together.
 const SAME: f64 = 0.9;
 
@@ -342,6 +346,10 @@ pub(super) struct Repeats {
     taken_ns: i64,
     /// Whether too few changes came to tell.
     is_open: bool,
+    /// Whether it is one joint of several in a message.
+    is_of_joint: bool,
+    /// How often its position and a velocity that is resolved repeated until then.
+    by_chance: u32,
     /// Whether what was taken last was sound: what repeats a fault is one.
     is_sound: bool,
 }
@@ -362,8 +370,37 @@ impl Repeats {
             period_ns: None,
             taken_ns: i64::MIN,
             is_open: true,
+            is_of_joint: false,
+            by_chance: 0,
             is_sound: true,
         }
+    }
+
+    /// The same of one joint in a message of several, by its position and velocity. The others tell that the message is new, so this
+    /// one may rest: until the changes tell, it is taken as held only while its velocity says that it moves, and more often than a
+    /// coarse sensor does by chance.
+    pub(super) fn of_joint(assumed_ns: i64) -> Self {
+        Self {
+            is_of_joint: true,
+            ..Self::new(2, assumed_ns)
+        }
+    }
+
+    fn is_by_chance(&mut self) -> bool {
+        self.by_chance += u32::from(!self.may_rest());
+        self.may_rest() || self.by_chance <= BY_CHANCE
+    }
+
+    /// Whether its velocity is no more than its resolution: a joint that moves does not repeat a finer one to the bit.
+    fn may_rest(&self) -> bool {
+        let [rate, least_step] = [&self.changes.last, &self.changes.least].map(|of| of[1]);
+        // written so that NaN may rest
+        !(rate.abs() > RESOLVED * least_step)
+    }
+
+    /// Whether the changes have told that values are held.
+    pub(super) fn are_held(&self) -> bool {
+        self.period_ns.is_some()
     }
 
     /// Takes whether the sample that was taken last was sound.
@@ -400,10 +437,11 @@ impl Repeats {
             }
         } else if self.is_sound {
             let interval_ns = self.changes.interval_ns;
-            let held_ns = match self.is_open {
+            let held_ns = match (self.is_open, self.is_of_joint) {
+                (true, true) if self.is_by_chance() => 0,
                 // the next one, late as it may be, must not come after a gap
-                true => (self.assumed_ns).saturating_sub(interval_ns.saturating_mul(2)),
-                false => self.period_ns.unwrap_or(0).saturating_sub(interval_ns / 2),
+                (true, _) => (self.assumed_ns).saturating_sub(interval_ns.saturating_mul(2)),
+                (false, _) => self.period_ns.unwrap_or(0).saturating_sub(interval_ns / 2),
             };
             if stamp_ns.saturating_sub(self.taken_ns) < held_ns {
                 return true;
@@ -613,6 +651,52 @@ mod tests {
         repeats.take(10 * MS, &[f64::NAN]);
         repeats.judge(false);
         assert!(!repeats.take(20 * MS, &[f64::NAN]));
+    }
+
+    /// The samples that are taken of one joint of several, by index: 20 s at 100 Hz of its position and velocity.
+    fn taken_of_joint(position: impl Fn(f64) -> f64, velocity: impl Fn(f64) -> f64) -> Vec<i64> {
+        let mut repeats = Repeats::of_joint(250 * MS);
+        let is_taken = |k: &i64| {
+            let at_s = *k as f64 * 0.01;
+            !repeats.take(k * 10 * MS, &[position(at_s), velocity(at_s)])
+        };
+        (0..2000).filter(is_taken).collect()
+    }
+
+    /// One joint of a message may rest while others are measured: only its own velocity says that its position is held.
+    #[test]
+    fn a_joint_that_rests_is_measured_and_one_that_moves_is_held_from_its_third_step_on() {
+        let rate = |at_s: f64| (swing(at_s + 1e-4) - swing(at_s - 1e-4)) / 2e-4;
+        let coarse = |resolution: f64, value: f64| (value / resolution).round() * resolution;
+        let rests = taken_of_joint(|_| 0.3, |_| 0.0);
+        let begins = |at_s: f64| coarse(4e-3, swing((at_s - 10.0).max(0.0)));
+        let coarse_rate = |at_s: f64| coarse(1e-2, rate((at_s - 10.0).max(0.0)));
+        let begins = taken_of_joint(begins, coarse_rate);
+        assert_eq!([rests.len(), begins.len()], [2000, 2000]);
+        // one repeat by chance, before many changes
+        let noise = |at_s: f64| 1e-3 * ((at_s - 0.1).abs() * 7919.0).sin();
+        let repeats = |at_s: f64| {
+            noise(if (0.045..0.055).contains(&at_s) {
+                0.04
+            } else {
+                at_s
+            })
+        };
+        assert_eq!(
+            taken_of_joint(repeats, |at_s| 2.0 + repeats(at_s)).len(),
+            2000
+        );
+        for hold_s in [0.05, 0.1, 0.2] {
+            let taken = taken_of_joint(held(swing, hold_s, 0.0), held(rate, hold_s, 0.0));
+            let samples = (hold_s * 100.0) as i64;
+            let third = taken.partition_point(|&k| k < 3 * samples);
+            let while_moving = taken[third..].partition_point(|&k| k < 800);
+            assert_eq!(
+                while_moving as i64,
+                800 / samples - 3,
+                "{hold_s}: {taken:?}"
+            );
+        }
     }
 
     #[test]

@@ -15,6 +15,7 @@ use super::faster;
 use super::history::History;
 use super::lag::MeanAccelerations;
 use super::misfit::{self, Misfit};
+use super::reading::FilterStatus;
 use super::white_jerk::{
     Channel, ChannelState, Matrix, predicted, seconds, smoother_gain, step, symmetric,
 };
@@ -148,6 +149,35 @@ impl KalmanFilter {
     /// Stamp of the first sample after the start or the last gap.
     pub(super) fn started_ns(&self) -> i64 {
         self.state.started_ns
+    }
+
+    /// Whether its last sample is no further from a stamp than a gap.
+    pub(super) fn is_near(&self, stamp_ns: i64, max_gap_ns: i64) -> bool {
+        let apart = |last: i64| last.abs_diff(stamp_ns);
+        (self.last_ns()).is_some_and(|last| apart(last) <= max_gap_ns.unsigned_abs())
+    }
+
+    /// Whether it has settled at a stamp.
+    pub(super) fn status(&self, stamp_ns: i64, settle_ns: i64) -> FilterStatus {
+        match stamp_ns.saturating_sub(self.started_ns()) >= settle_ns {
+            true => FilterStatus::Known,
+            false => FilterStatus::Settling,
+        }
+    }
+
+    /// Goes on with what another one of the same motion did not follow well: it has settled with that one.
+    pub(super) fn take_over(&mut self, from: &Self) {
+        self.state.started_ns = from.state.started_ns;
+    }
+
+    /// A channel says no more of the noise of the others: it has another one, and what was learnt with it is forgotten.
+    pub(super) fn disregard(&mut self, channel: usize) {
+        if let Some(adaptation) = &mut self.state.adaptation {
+            adaptation.disregard(channel);
+        }
+        if let Some(misfit) = &mut self.misfit {
+            misfit.disregard(channel);
+        }
     }
 
     pub(super) fn state(&self) -> &FilterState {

@@ -42,6 +42,12 @@ impl Misfit {
         }
     }
 
+    /// A channel counts no more.
+    pub(super) fn disregard(&mut self, channel: usize) {
+        self.counts[channel] = 0.0;
+        self.restart();
+    }
+
     /// The filter started anew.
     pub(super) fn restart(&mut self) {
         self.mean = 1.0;

@@ -11,6 +11,7 @@
 //! [`EstimatorSpec::max_gap`](crate::machine::EstimatorSpec): rows in it are marked invalid.
 
 mod adaptation;
+mod alone;
 mod bias;
 mod causal;
 mod faster;
@@ -19,6 +20,7 @@ mod followed;
 mod held;
 mod held_values;
 mod history;
+mod judged;
 mod kalman_filter;
 mod lag;
 mod misfit;
@@ -26,6 +28,7 @@ mod misfit;
 mod noise_of_tests;
 pub mod plausibility;
 pub mod quasi_static;
+mod reading;
 pub mod rotation;
 mod rows;
 mod shaken;

@@ -9,6 +9,18 @@
 //!     n M(n),    M(n) = mean over some periods of |mean of the last n deviations of the specific force|^2
 //! ```
 //! if it is less than half of M(1). A deviation is that from a level with a trend that follows the samples as slowly as the filters do.
+//!
+//! A shock has no period, and a mean over it is late. That deviations d repeat after n samples shows in
+//!
+//! ```text
+//!     c(n) = mean of d_k . d_(k-n) / max(|d_k|^2, |d_(k-n)|^2)
+//! ```
+//! with the memory of 64 samples, or of 0.25 s if that is longer. Each sample counts as much as another, however strong a blow is. Of a tone, c(n)
+//! is 0.4 to 1 at its period. In white noise of any size that has no preferred direction, a term is at most the cosine between
+//! independent directions, so (Azuma and Hoeffding) c(n) exceeds 1/3 with a probability below exp(-3/2 127 / 9) = 6e-10. Only then the
+//! mean is of n samples.
+//!
+//! From one n to another, the mean grows or shrinks by one sample with each sample: none is left out, and stamps go on.
 //! All channels have the same n, for they have to be alike (see [`faster`](super::faster)).
 
 use super::white_jerk::seconds;
@@ -27,6 +39,11 @@ const LEAST_SIZE: f64 = 4.0;
 const BETTER: f64 = 0.5;
 /// Share of what n M(n) is that another n must be below to take its place.
 const OTHER: f64 = 0.5;
+
+/// Least c(n) of what shakes a sensor with a period of n samples.
+const PERIODIC: f64 = 1.0 / 3.0;
+/// Memory of c(n): samples, and time (s).
+const PERIODS_MEMORY: (f64, f64) = (64.0, 0.25);
 
 /// A sample: specific force and angular velocity.
 pub(super) type Motion = [f64; 6];
@@ -52,10 +69,14 @@ pub(super) struct Shaken {
     max_gap_ns: i64,
     /// M(n), from n = 1 on.
     squares: Vec<f64>,
+    /// c(n), from n = 0 on.
+    alike: Vec<f64>,
     /// Samples since something shakes the sensor.
     shaken: usize,
     /// n
     length: usize,
+    /// Samples of the last mean, on the way to n.
+    averaged: usize,
 }
 
 impl Shaken {
@@ -68,8 +89,10 @@ impl Shaken {
             variance: noise * noise,
             max_gap_ns,
             squares: vec![0.0; MOST],
+            alike: vec![0.0; MOST],
             shaken: 0,
             length: 1,
+            averaged: 1,
         }
     }
 
@@ -97,6 +120,7 @@ impl Shaken {
             }
             None => {
                 self.samples.clear();
+                self.averaged = 0;
                 self.level = std::array::from_fn(|k| [motion[k], 0.0]);
                 0.0
             }
@@ -136,15 +160,19 @@ impl Shaken {
         if !(is_shaken && self.squares[0].is_finite()) {
             (self.shaken, self.length) = (0, 1);
             self.squares[1..].fill(0.0);
+            self.alike.fill(0.0);
             if !self.squares[0].is_finite() {
                 // an absurd value, or its level
                 self.squares[0] = 0.0;
                 self.samples.clear();
+                self.averaged = 0;
             }
             return;
         }
         self.shaken += 1;
         let weight = weight.max(1.0 / self.shaken as f64);
+        let (samples, time_s) = PERIODS_MEMORY;
+        let renewed = (1.0 / samples).min(step_s / time_s);
         let (mut sum, mut best) = ([0.0; 3], (1, BETTER * self.squares[0]));
         let (mut longest, mut is_full) = (0, self.samples.len() == MOST);
         for n in 1..=self.samples.len() {
@@ -161,7 +189,15 @@ impl Shaken {
             let squares = &mut self.squares[n - 1];
             *squares += weight * (mean - *squares);
             let score = n as f64 * *squares;
-            if score < best.1 {
+            if n < self.samples.len() {
+                let before = self.back(n).deviation;
+                let (a, b) = (latest.deviation, before);
+                let both: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
+                let larger = square(&a).max(square(&b));
+                let alike = if larger > 0.0 { both / larger } else { 0.0 };
+                self.alike[n] += renewed * (alike - self.alike[n]);
+            }
+            if score < best.1 && self.alike[n] > PERIODIC {
                 best = (n, score);
             }
             longest = n;
@@ -169,16 +205,25 @@ impl Shaken {
         // as soon as the longest mean has been seen at both ends of it
         let own = OTHER * self.length as f64 * self.squares[self.length - 1];
         // a mean that became too long was not weighed
-        let is_other = self.length == 1 || best.0 == 1 || best.1 < own || self.length > longest;
+        let is_other = self.length == 1
+            || best.0 == 1
+            || best.1 < own
+            || self.length > longest
+            || self.alike[self.length] <= PERIODIC;
         if is_full && self.shaken > 2 * longest && is_other {
             self.length = best.0;
         }
     }
 
-    fn mean(&self) -> (i64, Motion) {
-        let latest = self.back(0);
-        let length = self.length.min(self.samples.len());
+    fn mean(&mut self) -> (i64, Motion) {
+        let latest = *self.back(0);
+        let length = match self.averaged < self.length {
+            true => self.averaged + 1,
+            false => self.length.max(self.averaged - 1),
+        };
+        let length = length.min(self.samples.len());
         if length == 1 {
+            self.averaged = 1;
             return (latest.stamp_ns, latest.motion);
         }
         let (mut behind_ns, mut sum, mut count) = (0, [0.0; 6], 0);
@@ -192,6 +237,7 @@ impl Shaken {
             count += 1;
             (sum.iter_mut().zip(one.motion)).for_each(|(sum, value)| *sum += value);
         }
+        self.averaged = count as usize;
         let stamp_ns = latest.stamp_ns - behind_ns / count;
         (stamp_ns, sum.map(|sum| sum / count as f64))
     }
@@ -258,6 +304,62 @@ mod tests {
         let (noisy, _) = off(|_| 9.81, |_| noise.borrow_mut().next());
         assert_eq!([still, driving, landing], [0; 3]);
         assert!(noisy[1] <= noisy[0], "{noisy:?}");
+    }
+
+    /// Stones under the wheels: what rings after a blow has a beat, and is over before it is one.
+    #[test]
+    fn blows_are_no_beat() {
+        for decay_s in [0.03, 0.06] {
+            let mut blows = Noise(11);
+            let blows: Vec<[f64; 3]> = (0..12)
+                .map(|k| {
+                    let at_s = 0.5 * f64::from(k) + 0.1 * blows.next();
+                    [at_s, 4.0 * blows.next(), 30.0 + 5.0 * blows.next()]
+                })
+                .collect();
+            let ringing = |t: f64| {
+                let after = blows.iter().filter(|[at_s, ..]| t > *at_s);
+                let ring = |[at_s, size, hertz]: &[f64; 3]| {
+                    let s = t - at_s;
+                    size * (-s / decay_s).exp() * (TAU * hertz * s).sin()
+                };
+                after.map(ring).sum()
+            };
+            let (_, changed) = off(driven, ringing);
+            assert_eq!(changed, 0, "{decay_s} s");
+        }
+    }
+
+    /// From the first mean to the last, stamps go on, and each sample counts in as many means as another.
+    #[test]
+    fn no_sample_is_left_out_where_the_length_of_the_mean_changes() {
+        let mut shaken = Shaken::new(NOISE, 250_000_000);
+        let mut noise = Noise(7);
+        let (mut last_ns, mut lengths) = (-1, Vec::new());
+        for k in 0..2000 {
+            let stamp_ns = k * STEP_NS;
+            let t = seconds(stamp_ns);
+            // none, then one beat, then another
+            let tone = match k {
+                0..500 => 0.0,
+                500..1000 => 3.0 * (TAU * 23.0 * t).sin(),
+                1000..1500 => 3.0 * (TAU * 41.0 * t).sin(),
+                _ => 0.0,
+            };
+            let motion = [0.0; 6].map(|_: f64| tone + NOISE * noise.next());
+            let (at_ns, _) = shaken.take(stamp_ns, motion);
+            assert!(at_ns > last_ns, "{k}");
+            // first and last sample of the mean
+            lengths.push((stamp_ns - at_ns) * 2 / STEP_NS + 1);
+            last_ns = at_ns;
+        }
+        assert!(
+            lengths
+                .windows(2)
+                .all(|pair| (pair[1] - pair[0]).abs() <= 1)
+        );
+        assert!(lengths[800] > 5 && lengths[1400] > 5, "{lengths:?}");
+        assert_eq!([lengths[400], lengths[1999]], [1, 1]);
     }
 
     #[test]

@@ -3,9 +3,12 @@
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::adaptation::Adaptation;
+use super::alone::Alone;
 use super::faster;
 use super::followed::Followed;
-use super::kalman_filter::{Doubt, FilterModel, KalmanFilter};
+use super::judged;
+use super::kalman_filter::{FilterModel, KalmanFilter};
+use super::reading::{FilterStatus, Reading};
 use super::shaken::{Motion as ShakenMotion, Shaken};
 use super::shown_noise::ShownNoise;
 use super::turns::Turns;
@@ -21,35 +24,14 @@ use crate::state::{
 /// A quaternion whose norm differs from one by more than this is not an orientation.
 const QUATERNION_NORM_TOLERANCE: f64 = 0.1;
 
-/// Whether a filter's estimate is valid at a given time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum FilterStatus {
-    Known,
-    Settling,
-    Unknown,
-}
-
-/// A filter's estimate at a given time.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Reading {
-    pub(super) standing: FilterStatus,
-    /// Covariance of a channel's derivatives, shared by all channels; zero where nothing is measured.
-    pub(super) covariance: Matrix,
-}
-
-impl Reading {
-    pub(super) const NOTHING: Self = Self {
-        standing: FilterStatus::Unknown,
-        covariance: [[0.0; 3]; 3],
-    };
-}
-
 /// The filters of a set of sensors.
 #[derive(Debug, Clone)]
 pub(super) struct Filters {
     pub(super) list: Vec<(Followed, KalmanFilter)>,
     sensors: Sensors,
     turns: Turns,
+    /// Joints that may be measured at other instants than the rest of their message; none where a smoother divided the messages.
+    alone: Vec<Alone>,
     /// What shakes the IMU; `None` where a smoother averages it out.
     shaken: Option<Shaken>,
     /// Whether an orientation has measured a tilt: until then, one without tilt is planar and not level.
@@ -72,7 +54,7 @@ impl Filters {
         let attitude = model(e.attitude_noise, 0.0, e.attitude_agility);
         let odometry = model(e.odometry_noise, 0.0, e.odometry_agility);
         let tool = model(e.tool_force_noise, 0.0, e.tool_force_agility);
-        let mut list = Vec::new();
+        let (mut list, mut alone) = (Vec::new(), Vec::new());
         let weighing = |filter: KalmanFilter, counts: &dyn Fn(usize) -> bool| {
             // A smoother averages out most of what shakes a sensor.
             match keeps_history {
@@ -91,12 +73,19 @@ impl Filters {
             let is_of_arm = |&joint: &usize| {
                 machine.joints()[joint].spins_wheel.is_none() && !machine.is_steering(joint)
             };
-            let of_joints = KalmanFilter::new(joints, spec.joints.len(), keeps_history);
-            let of_joints = match e.noise_from_log {
-                true => of_joints.adapting(Adaptation::new(spec.joints.iter().map(is_of_arm))),
-                false => weighing(of_joints, &|channel| is_of_arm(&spec.joints[channel])),
+            let of_joints = |own: &[usize]| {
+                let filter = KalmanFilter::new(joints, own.len(), keeps_history);
+                match e.noise_from_log {
+                    true => filter.adapting(Adaptation::new(own.iter().map(is_of_arm))),
+                    false => weighing(filter, &|channel| is_of_arm(&own[channel])),
+                }
             };
-            list.push((Followed::Joints(stream), of_joints));
+            list.push((Followed::Joints(stream), of_joints(&spec.joints)));
+            let channels = (0..spec.joints.len()).filter(|_| !keeps_history);
+            alone.extend(channels.map(|channel| {
+                let own = [spec.joints[channel]];
+                Alone::new(stream, channel, is_of_arm(&own[0]), of_joints(&own))
+            }));
         }
         let of_imu = |model| match keeps_history {
             true => filter(model, 3),
@@ -129,6 +118,7 @@ impl Filters {
         Self {
             list,
             turns: Turns::new(machine, sensors),
+            alone,
             shaken: (!keeps_history).then(|| Shaken::new(e.accelerometer_noise, max_gap_ns)),
             sensors: sensors.clone(),
             has_tilt: false,
@@ -140,6 +130,12 @@ impl Filters {
             .iter()
             .find(|(f, _)| *f == followed)
             .map(|(_, filter)| filter)
+    }
+
+    /// The joints of a stream that are measured at instants of their own.
+    pub(super) fn alone(&self, followed: Followed) -> impl Iterator<Item = &Alone> {
+        let alone = self.alone.iter().filter(|alone| alone.is_used());
+        alone.filter(move |alone| followed == Followed::Joints(alone.stream()))
     }
 
     /// How much of the [`faster`] filters is in the estimates of the platform's motion at a stamp: the same of all.
@@ -186,29 +182,19 @@ impl Filters {
         rates: Option<&[f64]>,
         treatment: &Treatment,
     ) -> Result<(), SampleError> {
-        if treatment.left_out {
-            return Ok(());
-        }
-        let rates = rates.filter(|_| !treatment.rates_left_out);
-        let doubt = Doubt {
-            value_variance: treatment.value_variance,
-            rate_variance: treatment.rate_variance,
-        };
-        let filter = self
-            .list
-            .iter_mut()
-            .find(|(f, _)| *f == followed)
-            .map(|(_, filter)| filter);
-        filter
-            .ok_or(SampleError::UnknownSensor)?
-            .push(stamp_ns, values, rates, doubt)
+        let mut filters = self.list.iter_mut();
+        let (_, filter) =
+            (filters.find(|(f, _)| *f == followed)).ok_or(SampleError::UnknownSensor)?;
+        judged::push(filter, stamp_ns, values, rates, treatment)
     }
 
-    /// Passes the parts of a sample to their filters, as the plausibility check judged them.
+    /// Passes the parts of a sample to their filters, as the plausibility check judged them. Joints that only `repeat` their last
+    /// value, by place, are measured at instants of their own.
     pub(super) fn push(
         &mut self,
         sample: &Sample<'_>,
         judgement: &Judgement,
+        repeat: &[bool],
     ) -> Result<(), SampleError> {
         if self.sensors.value_count(sample.sensor) != Some(sample.values.len()) {
             return Err(SampleError::UnknownSensor);
@@ -226,6 +212,10 @@ impl Filters {
                     None => positions,
                 };
                 let taken = self.push_to(followed, t, positions, Some(rates), first);
+                let taken = taken.and_then(|()| {
+                    let sample = (t, positions, rates);
+                    self.push_alone(stream, sample, first, repeat)
+                });
                 self.turns = turns;
                 taken
             }
@@ -257,6 +247,29 @@ impl Filters {
             // the state is the same on whichever supports
             Sensor::Number(..) => Ok(()),
         }
+    }
+
+    /// Passes joints that are measured at instants of their own to their filters.
+    fn push_alone(
+        &mut self,
+        stream: usize,
+        (stamp_ns, positions, rates): (i64, &[f64], &[f64]),
+        treatment: &Treatment,
+        repeat: &[bool],
+    ) -> Result<(), SampleError> {
+        let with = self.list.iter_mut();
+        let mut with = with.filter(|(followed, _)| *followed == Followed::Joints(stream));
+        let Some((_, with)) = with.next() else {
+            return Ok(());
+        };
+        let alone = self.alone.iter_mut();
+        for alone in alone.filter(|alone| alone.stream() == stream) {
+            let channel = alone.channel();
+            let repeats = repeat.get(channel) == Some(&true);
+            let jet = [positions[channel], rates[channel]];
+            alone.push(stamp_ns, jet, treatment, repeats, with)?;
+        }
+        Ok(())
     }
 
     /// Specific force and angular velocity of a sample without what shakes the IMU, and when that was measured (ns).

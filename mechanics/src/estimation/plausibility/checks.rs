@@ -167,8 +167,18 @@ impl Plausibility {
     /// # Errors
     /// The sensor does not exist, the number of values is wrong, or the stamp is not later than the preceding one.
     pub fn step(&mut self, sample: &Sample<'_>) -> Result<Judgement, SampleError> {
+        self.step_partly(sample, &[])
+    }
+
+    /// The same of a sample of joints of which some only `repeat` their last value, by place: these are not checked. What compares
+    /// sensors takes the samples that have none.
+    pub(in crate::estimation) fn step_partly(
+        &mut self,
+        sample: &Sample<'_>,
+        repeat: &[bool],
+    ) -> Result<Judgement, SampleError> {
         self.findings.clear();
-        let mut sound = self.signals.step(sample, &mut self.findings)?;
+        let mut sound = self.signals.step(sample, repeat, &mut self.findings)?;
         if sample.sensor == Sensor::Imu && sound.force {
             // Which samples are wrong does not show in their mean, so it is asked for where nothing later is known.
             let Rules { limits, policies } = &self.rules;
@@ -177,7 +187,9 @@ impl Plausibility {
             let force = &sample.values[..3];
             sound.force = (self.weight).check(sample.stamp_ns, force, limits, &mut found);
         }
-        self.relations.step(sample, sound, &mut self.findings);
+        if !repeat.contains(&true) {
+            self.relations.step(sample, sound, &mut self.findings);
+        }
         self.has_found_contradiction |= self.findings.iter().any(|finding| {
             finding.casts_doubt(self.has_imu) && finding.explanation.is_some_and(Explanation::lasts)
         });

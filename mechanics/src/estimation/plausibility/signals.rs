@@ -162,13 +162,15 @@ impl SignalChecks {
         }
     }
 
-    /// Checks a sample and appends its faults to `findings`; returns which parts of it are sound.
+    /// Checks a sample and appends its faults to `findings`; returns which parts of it are sound. Joints that only `repeat` their
+    /// last value, by place, are not checked.
     ///
     /// # Errors
     /// The sensor does not exist, the number of values is wrong, or the stamp is not later than the preceding one.
     pub(in crate::estimation) fn step(
         &mut self,
         sample: &Sample<'_>,
+        repeat: &[bool],
         findings: &mut Vec<Finding>,
     ) -> Result<Sound, SampleError> {
         if self.sensors.value_count(sample.sensor) != Some(sample.values.len()) {
@@ -184,7 +186,7 @@ impl SignalChecks {
         }
         *last_ns = Some(sample.stamp_ns);
         Ok(match sample.sensor {
-            Sensor::Joints(stream) => self.check_joints(stream, sample, findings),
+            Sensor::Joints(stream) => self.check_joints(stream, sample, repeat, findings),
             Sensor::Imu => self.check_imu(sample, findings),
             Sensor::Odometry => self.check_odometry(sample, findings),
             Sensor::ToolWrench => self.check_tool(sample, findings),
@@ -315,6 +317,7 @@ impl SignalChecks {
         &mut self,
         stream: usize,
         sample: &Sample<'_>,
+        repeat: &[bool],
         findings: &mut Vec<Finding>,
     ) -> Sound {
         let Self {
@@ -333,7 +336,12 @@ impl SignalChecks {
         let watches = joints[stream]
             .iter_mut()
             .zip(&sensors.joints[stream].joints);
-        for ((watch, &joint), (&position, &rate)) in watches.zip(positions.iter().zip(rates)) {
+        let values = positions.iter().zip(rates).enumerate();
+        let repeats = |place: usize| repeat.get(place) == Some(&true);
+        for ((watch, &joint), (place, (&position, &rate))) in watches.zip(values) {
+            if repeats(place) {
+                continue;
+            }
             let works =
                 moving > usize::from(watch.moves()) || flickering > usize::from(watch.flickers());
             let mut found = note.of(Part::Joint(joint));

@@ -12,9 +12,10 @@ use crate::estimation::bias::BiasHistory;
 use crate::estimation::followed::Followed;
 use crate::estimation::kalman_filter::KalmanFilter;
 use crate::estimation::plausibility::{FaultSpan, SpanWalk};
+use crate::estimation::reading::Reading;
 use crate::estimation::rows::{RowClock, regular_index, regular_row, regular_stamp};
 use crate::estimation::shown_noise::ShownNoise;
-use crate::estimation::state_builder::{Filters, Reading, StateBuilder};
+use crate::estimation::state_builder::{Filters, StateBuilder};
 use crate::estimation::white_jerk::{Channel, seconds};
 use crate::machine::{Machine, SessionProofs};
 use crate::state::{Reasons, Sensor, Sensors, State, StateColumns, StreamCounts};
@@ -290,7 +291,7 @@ impl Bench {
             }
             if last_ns.replace(stamp_ns) != Some(stamp_ns) {
                 // Counted in the forward pass.
-                let _ = self.filters.push(&sample, &walk.judgement(stamp_ns));
+                let _ = self.filters.push(&sample, &walk.judgement(stamp_ns), &[]);
             }
         }
         Ok(())

@@ -122,7 +122,7 @@ impl<S: SampleSource> CheckedSamples<'_, S> {
         {
             self.findings.clear();
             // A repeated or backward stamp is counted where the filter refuses it.
-            let Ok(sound) = self.checks.step(&sample, &mut self.findings) else {
+            let Ok(sound) = self.checks.step(&sample, &[], &mut self.findings) else {
                 continue;
             };
             let (value, finding) = (batch.values.len(), batch.findings.len());

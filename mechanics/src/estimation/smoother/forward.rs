@@ -202,7 +202,7 @@ impl<S: SampleSource> Passes<'_, S> {
             let is_later = last_ns.replace(sample.stamp_ns) != Some(sample.stamp_ns);
             let judgement = walk.judgement(sample.stamp_ns);
             let taken = match is_later {
-                true => filters.push(&sample, &judgement),
+                true => filters.push(&sample, &judgement, &[]),
                 false => Err(SampleError::NotLater),
             };
             let lacks_a_value = walk.lacks_a_value();

@@ -2,7 +2,7 @@
 
 use crate::estimation::held::{held, is_dense};
 use crate::estimation::history::History;
-use crate::estimation::state_builder::{FilterStatus, Reading};
+use crate::estimation::reading::{FilterStatus, Reading};
 use crate::estimation::white_jerk::{Channel, ChannelState, Matrix, seconds, step};
 
 /// Reads a smoothed history at increasing times.
