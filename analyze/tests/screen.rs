@@ -857,7 +857,12 @@ fn one_content_under_two_machines_is_a_conflict() {
 
     // without it the row is what it was
     fs::remove_file(at("a/lift.mcap")).unwrap();
-    assert_eq!(again().0, 0);
+    let (code, messages) = again();
+    assert_eq!(code, 0);
+    assert!(
+        messages.contains("counts for another machine"),
+        "{messages}"
+    );
     let gather = ["screen", "--gather", "--out", text(&result)];
     assert_eq!(code_and_stderr(&tipwatch(&gather)).0, 0);
     assert_eq!(

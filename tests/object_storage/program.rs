@@ -254,6 +254,42 @@ fn copies_in_a_bucket_are_one_log_and_other_bytes_of_the_same_length_are_not() {
     );
 }
 
+/// What lies outside the places that a run names is not known to be there, in a bucket as in a folder.
+#[test]
+fn logs_outside_the_named_places_of_a_bucket_are_told_and_stay() {
+    let server = serve("places");
+    upload(
+        "places",
+        "a/1.mcap",
+        &std::fs::read(data("tiny.mcap")).unwrap(),
+    );
+    upload(
+        "places",
+        "b/2.mcap",
+        &std::fs::read(data("tiny_lift.mcap")).unwrap(),
+    );
+    let out = tempfile::tempdir().unwrap();
+    let out = out.path().join("fleet");
+    let machine = data("tiny_lift.toml");
+    let screen = |places: &[&str]| {
+        let asked = [
+            "--machine",
+            machine.to_str().unwrap(),
+            "--resume",
+            "--prune",
+        ];
+        let out = ["--out", out.to_str().unwrap()];
+        text(&run(&server, &[&["screen"], places, &asked, &out].concat()).stderr)
+    };
+    let told = screen(&["s3://places/a", "s3://places/b"]);
+    assert!(!told.contains("out of reach"), "{told}");
+    let told = screen(&["s3://places/a"]);
+    assert!(
+        told.contains("1 logs are out of reach") && told.contains("Total: 2 logs"),
+        "{told}"
+    );
+}
+
 #[test]
 fn logs_that_a_bucket_does_not_deliver_fail_by_storage_with_the_code_of_the_service() {
     let server = serve("undelivered");

@@ -124,11 +124,13 @@ pub(super) fn present(
     let ByPresence {
         mut kept,
         outdated,
+        reassigned,
         deleted,
         out_of_reach,
     } = by_presence(records, presence);
     // also without `prune`: nothing is lost, and who gathers the records elsewhere cannot know it
     store.remove(&outdated)?;
+    store.remove(&reassigned)?;
     let note = |logs: &[Record], what: &str| {
         if let Some(first) = logs.first() {
             let (count, first) = (logs.len(), &first.path);
@@ -137,6 +139,10 @@ pub(super) fn present(
             )));
         }
     };
+    note(
+        &reassigned,
+        "are gone, and their content counts for another machine at the path that is left",
+    );
     if prune {
         store.remove(&deleted)?;
         note(

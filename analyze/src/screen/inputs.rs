@@ -125,7 +125,8 @@ impl Found {
             .flatten();
         match is_remote {
             _ if searched.any(|place| is_there(&place)) => Presence::Gone { is_named: true },
-            true => Presence::Here,
+            // what is in the bucket outside the places that were searched is not known
+            true => Presence::OutOfReach,
             // a name that is no text is not that of the file
             false if !is_text => Presence::Here,
             false if beside.next().is_some() => Presence::Gone { is_named: false },

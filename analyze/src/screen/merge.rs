@@ -206,9 +206,13 @@ pub(super) fn by_presence(records: Vec<Record>, presence: impl Fn(&str) -> Prese
             }
             _ => (of_machine.as_ref()).is_some_and(|of_machine| machines.contains(of_machine)),
         };
+        let has_machine = of_machine.as_ref().is_some_and(|(_, name)| name.is_some());
+        let is_of_another =
+            has_machine && (of_machine.as_ref()).is_some_and(|it| !machines.contains(it));
         contents.extend(record.log_id.clone());
         machines.extend(of_machine);
         match (presence, is_known) {
+            (Presence::Gone { .. }, true) if is_of_another => found.reassigned.push(record),
             (Presence::Gone { .. }, true) => found.outdated.push(record),
             // it may come back
             (_, true) => {}
@@ -216,7 +220,11 @@ pub(super) fn by_presence(records: Vec<Record>, presence: impl Fn(&str) -> Prese
             (_, false) => found.out_of_reach.push(record),
         }
     }
-    for records in [&mut found.deleted, &mut found.out_of_reach] {
+    for records in [
+        &mut found.reassigned,
+        &mut found.deleted,
+        &mut found.out_of_reach,
+    ] {
         records.sort_by(|a, b| a.path.cmp(&b.path));
     }
     found
@@ -228,6 +236,8 @@ pub(super) struct ByPresence {
     pub(super) kept: Vec<Record>,
     /// Their content is or was under another path since then, or their path is no longer that of a log.
     pub(super) outdated: Vec<Record>,
+    /// Their content is under another path since then, and was analysed there with another machine.
+    pub(super) reassigned: Vec<Record>,
     pub(super) deleted: Vec<Record>,
     /// Nobody looked for these logs, or where they were is not there.
     pub(super) out_of_reach: Vec<Record>,
