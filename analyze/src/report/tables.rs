@@ -94,7 +94,10 @@ fn event_row(scene: &Scene, calendar: Calendar, event: &Event) -> [(String, Stri
             say!("yes: {} to {} N", number(least_n), number(largest_n))
         }
         (Some(true), None) => word!("yes").to_string(),
-        (Some(false), _) => word!("no").to_string(),
+        (Some(false), _) => match event.any_split_ns {
+            Some(any_split_ns) => say!("its start: by any split at {}", seconds(any_split_ns)),
+            None => word!("no").to_string(),
+        },
         (None, _) => "–".to_string(),
     };
     let date = calendar.utc(event.start_ns);

@@ -11,6 +11,8 @@ const BETWEEN: f32 = 10.0;
 /// Largest height of a picture (points).
 const TALLEST: f32 = 330.0;
 const TALLEST_OF_SMALL: f32 = 138.0;
+/// Smallest letters in a picture (points), however small it is.
+const LEAST_LETTERS: f32 = 5.0;
 /// Control points of a quarter circle.
 const QUARTER: f32 = 0.552_284_8;
 
@@ -90,7 +92,10 @@ impl Frame {
 
 /// Draws pictures side by side, with their captions below; small ones where much must stand on a page.
 pub(super) fn add(flow: &mut Flow<'_>, pictures: &[(Node<'_, '_>, String)], small: bool) {
-    let tallest = flow.scale * if small { TALLEST_OF_SMALL } else { TALLEST };
+    let tallest = match small {
+        true => flow.scale * flow.stretch * TALLEST_OF_SMALL,
+        false => flow.scale * TALLEST,
+    };
     let (width, letters) = (flow.width, CAPTION * flow.scale);
     // a wide picture alone takes the whole width
     let least = match pictures {
@@ -228,7 +233,7 @@ fn text(flow: &mut Flow<'_>, element: Node<'_, '_>, frame: Frame) {
             .attribute(name)
             .and_then(|text| text.parse::<f32>().ok())
     };
-    let size = number("font-size").unwrap_or(11.0) * frame.scale;
+    let size = (number("font-size").unwrap_or(11.0) * frame.scale).max(LEAST_LETTERS);
     let words = flow.letters.known(element.text().unwrap_or_default());
     let width = flow.letters.width(&words, size);
     let shift = match element.attribute("text-anchor") {

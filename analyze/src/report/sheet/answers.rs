@@ -9,7 +9,7 @@ use crate::analysis::Analysis;
 use crate::analysis::sensitivity::SensitivityTable;
 use crate::events::split_rule::{is_stated, measured_forces, sharing, split_rule};
 use crate::events::support_words::SupportWord;
-use crate::events::{Event, EventKind, ShownBy, TIP_OVER_RAD};
+use crate::events::{Bound, Event, EventKind, ShownBy, TIP_OVER_RAD};
 use crate::page::{number, percent, probability, short};
 use crate::report::deciding::Deciding;
 use crate::report::explanations;
@@ -194,6 +194,8 @@ struct Lifted {
     /// When the first began.
     start: String,
     times: usize,
+    /// When it was off the ground behind rows that are not known, again or still (s).
+    seen: Option<f64>,
     /// Whether all of them depend on the load split.
     depends: bool,
     /// That of the surest.
@@ -223,7 +225,10 @@ fn lifted(analysis: &Analysis) -> String {
         };
         match wheels.iter_mut().find(|wheel| wheel.name == name) {
             Some(wheel) => {
-                wheel.times += 1;
+                match event.start_bound {
+                    Bound::AtOrBefore => wheel.seen = Some(scene.seconds(event.start_ns)),
+                    _ => wheel.times += 1,
+                }
                 wheel.depends &= depends;
                 let both = wheel.certainty.into_iter().chain(event.certainty);
                 wheel.certainty = both.reduce(f64::max);
@@ -232,6 +237,7 @@ fn lifted(analysis: &Analysis) -> String {
                 name,
                 start,
                 times: 1,
+                seen: None,
                 depends,
                 certainty: event.certainty,
             }),
@@ -240,9 +246,13 @@ fn lifted(analysis: &Analysis) -> String {
     let text = |wheel: &Lifted| {
         let Lifted { name, start, .. } = wheel;
         let doubt = doubt(wheel.certainty).map_or(String::new(), |doubt| format!(", {doubt}"));
+        let seen = wheel.seen;
+        let seen = seen.map_or(String::new(), |at_s| {
+            say!("; at t = {at_s:.2} s again or still")
+        });
         match wheel.times {
-            1 => say!("{name} (from {start}{doubt})"),
-            times => say!("{name} ({times} times, first from {start}{doubt})"),
+            1 => say!("{name} (from {start}{doubt}{seen})"),
+            times => say!("{name} ({times} times, first from {start}{doubt}{seen})"),
         }
     };
     let of = |depends: bool| -> Vec<String> {

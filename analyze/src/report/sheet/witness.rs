@@ -217,12 +217,30 @@ fn outcome(analysis: &Analysis, scene: &Scene, incident: &Incident<'_>) -> Strin
         true => word!("at the rows of this sparse log").into(),
         false => answers::scope(analysis),
     };
-    match (last.end_bound, is_off) {
-        (Bound::AtOrAfter, _) => {
+    // what rows show of the same wheel behind those that are not known
+    let later = analysis.events.iter().filter(|event| {
+        (event.kind, &event.subject, event.start_bound)
+            == (EventKind::WheelLift, &last.subject, Bound::AtOrBefore)
+            && event.start_ns > end_ns
+            && event.is_fact()
+    });
+    let later = later.min_by_key(|event| event.start_ns);
+    match (last.end_bound, is_off, later) {
+        (Bound::AtOrAfter, true, Some(event)) => {
+            let until = event.end_ns.map_or(String::new(), |end_ns| {
+                say!(", until {}", scene.end(event, end_ns))
+            });
+            say!(
+                "At t = {at} it was still so; the next loads, from t = {:.2} s on, show {} off the ground, again or still{until}. No tip-over {scope}.",
+                scene.seconds(event.start_ns),
+                scene.support(event)
+            )
+        }
+        (Bound::AtOrAfter, ..) => {
             say!("At t = {at} it was still so; how much longer is not known. No tip-over {scope}.")
         }
-        (_, true) => say!("At t = {at} every {one} carried load again; no tip-over {scope}."),
-        (_, false) => {
+        (_, true, _) => say!("At t = {at} every {one} carried load again; no tip-over {scope}."),
+        (_, false, _) => {
             say!("At t = {at} every {one} carried more than its limit again; no tip-over {scope}.")
         }
     }
