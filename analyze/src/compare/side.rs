@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use serde::Serialize;
 use serde_json::Value;
 use tipwatch_binding::MachineFile;
-use tipwatch_language::word;
+use tipwatch_language::{say, word};
 use tipwatch_storage::Location;
 
 use crate::analysis::run::analyse;
@@ -80,8 +80,8 @@ pub struct SideSummary {
     pub estimator: String,
     /// The first finding.
     pub finding: String,
-    /// The time that its figures are of: "7.3 of 20.0 s (36.5 %)".
-    pub computable: String,
+    /// The rows that its figures are of: "199 of 299". In the others loads are not known, or the machine tips.
+    pub valid_rows: String,
 }
 
 impl Side {
@@ -239,8 +239,14 @@ impl Side {
             model: text(&self.summary["model"]["name"]),
             estimator: text(&options["estimator"]),
             finding: text(&self.summary["findings"][0]),
-            computable: serde_json::from_value::<Coverage>(self.summary["coverage"].clone())
-                .map_or_else(|_| word!("unknown").into(), |coverage| coverage.to_string()),
+            valid_rows: {
+                let [valid, count] =
+                    ["valid", "count"].map(|key| self.summary["rows"][key].as_u64());
+                match (valid, count) {
+                    (Some(valid), Some(count)) => say!("{valid} of {count}"),
+                    _ => word!("unknown").into(),
+                }
+            },
         }
     }
 }

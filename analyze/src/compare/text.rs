@@ -188,7 +188,7 @@ pub(super) fn event(pair: &EventPair) -> String {
 
 /// Of which rows the figures are.
 pub(super) fn valid_rows(comparison: &Comparison) -> String {
-    let [a, b] = [&comparison.a, &comparison.b].map(|side| &side.computable);
+    let [a, b] = [&comparison.a, &comparison.b].map(|side| &side.valid_rows);
     say!("All valid rows: {a} in A, {b} in B")
 }
 
