@@ -62,6 +62,38 @@ fn more_load_makes_tipping_no_less_likely() {
     assert!(tipping.is_sorted() && tipping[0] > 0.9, "{tipping:?}");
 }
 
+/// A wheel that leaves the ground as the machine begins to tip does so about the edge: both are one question.
+#[test]
+fn a_wheel_that_lifts_by_tipping_is_answered_by_the_edge() {
+    let log = data("tip_over.mcap");
+    let file = MachineFile::read(&log.with_extension("toml")).unwrap();
+    let suppositions = Suppositions {
+        level: true,
+        ..Suppositions::default()
+    };
+    let [recorded, supposed] = suppose(&log, &file, Options::default(), &suppositions).unwrap();
+    let replies = replies(&recorded, &supposed, &suppositions);
+    let of = |kind: EventKind, subject: &str| {
+        let mut all = replies.iter();
+        let found = all.find(|(event, _)| event.kind == kind && event.subject == subject);
+        found.map(|(_, reply)| reply).unwrap()
+    };
+    let (edge, wheel) = (
+        of(EventKind::EdgeTipping, "left"),
+        of(EventKind::WheelLift, "fr"),
+    );
+    assert_eq!(edge, wheel);
+    let answered = |kind: EventKind| {
+        let mut all = recorded.events.iter();
+        all.rfind(|event| event.kind == kind)
+            .map(|event| &event.counterfactuals)
+    };
+    assert_eq!(
+        answered(EventKind::EdgeTipping),
+        answered(EventKind::WheelLift)
+    );
+}
+
 /// With the rods as recorded, a replay gives the loads of the analysis.
 #[test]
 fn a_replay_as_recorded_gives_the_recorded_loads() {

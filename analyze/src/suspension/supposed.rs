@@ -7,7 +7,7 @@ use tipwatch_binding::MachineFile;
 use tipwatch_language::{say, word};
 
 use crate::analysis::Analysis;
-use crate::analysis::advice::{GroundSlope, Hypothesis, Question};
+use crate::analysis::advice::{GroundSlope, Hypothesis, Question, asked_as};
 use crate::analysis::run::{analyse, analyse_supposing};
 use crate::analysis::standing_rows::StandingRows;
 use crate::base::number::number;
@@ -103,7 +103,8 @@ pub fn replies<'a>(
     let events = recorded.events.iter();
     let asked = events.filter(|event| !event.counterfactuals.is_empty());
     let reply = |event: &'a Event| {
-        let of_event = Question::about(&of_a, &recorded.rows, event, |question| {
+        let asked = asked_as(&recorded.events, event);
+        let of_event = Question::about(&of_a, &recorded.rows, asked, |question| {
             let hypotheses = suppositions.hypotheses(recorded, question.base_rests());
             let hypotheses = hypotheses.ok()?;
             let machine = match suppositions.split {

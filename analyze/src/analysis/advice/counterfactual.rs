@@ -59,8 +59,8 @@ pub(crate) fn ask_all(
     asked.truncate(MOST_EVENTS);
     let (mut first, mut repeated) = (Vec::new(), Vec::new());
     for place in asked {
-        // a tip-over is the tipping that it began as
-        let same = (first.iter().copied()).find(|&other| is_same(&events[other], &events[place]));
+        let event = asked_as(events, &events[place]);
+        let same = (first.iter().copied()).find(|&other| is_same(&events[other], event));
         match same {
             Some(other) => repeated.push((place, other)),
             None => first.push(place),
@@ -83,6 +83,13 @@ pub(crate) fn ask_all(
     for (place, other) in repeated {
         events[place].counterfactuals = events[other].counterfactuals.clone();
     }
+}
+
+/// The event that is asked about in place of another one: a tip-over is the tipping that it began as, and a wheel that leaves
+/// the ground with it leaves it by the rotation about the edge, which the load of that wheel alone does not show.
+pub(crate) fn asked_as<'a>(events: &'a [Event], event: &'a Event) -> &'a Event {
+    let began = |it: &&Event| it.kind == EventKind::EdgeTipping && it.start_ns == event.start_ns;
+    events.iter().find(began).unwrap_or(event)
 }
 
 /// Whether two events that are asked about began as one.

@@ -16,7 +16,7 @@ mod window;
 
 pub(crate) use advise::advise;
 pub use change::Change;
-pub(crate) use counterfactual::{Question, ask_all};
+pub(crate) use counterfactual::{Question, ask_all, asked_as};
 pub(crate) use ground_slope::GroundSlope;
 pub(crate) use hypothesis::{Hypothesis, moves_arm_alone};
 pub use result::{Advice, BeforeAfter, RejectedChange, SimulatedChange, WheelMargins};
