@@ -22,7 +22,7 @@ use crate::inputs::{Given, Inputs, Varying};
 /// Rows that one core evaluates at once.
 const CHUNK_ROWS: usize = 1024;
 
-/// Results of [`Machine.evaluate`](crate::machine::Machine): one array per quantity, rows first.
+/// Results of ``Machine.evaluate``: one array per quantity, rows first.
 ///
 /// ``load`` has the shape (rows, wheels), ``itom`` (rows, edges), ``cause`` (rows, causes, wheels), ``zmp_margin``
 /// (rows,). ``names`` lists them, ``describe(name)`` gives meaning and unit. What cannot be computed is NaN.

@@ -24,7 +24,7 @@ use crate::call::error::{Mistake, exception, of_kind};
 use crate::call::pickle::{Reduced, reduced};
 
 /// Rows and columns that a notebook shows.
-const SHOWN_ROWS: usize = 5;
+const SHOWN_ROWS: usize = 20;
 const SHOWN_COLUMNS: usize = 12;
 
 /// Key of a field's metadata with the unit of its column.
@@ -399,11 +399,14 @@ impl Table {
                 let _ = write!(html, "{}</tr>", has_more("td"));
             }
         }
+        let (rows, columns) = (self.__len__(), fields.len());
+        let cut = match rows > SHOWN_ROWS {
+            true => format!(" (the first {SHOWN_ROWS} shown)"),
+            false => String::new(),
+        };
         let _ = write!(
             html,
-            "</tbody></table><p>{} rows, {} columns</p>",
-            self.__len__(),
-            fields.len()
+            "</tbody></table><p>{rows} rows{cut}, {columns} columns</p>"
         );
         Ok(html)
     }
