@@ -158,6 +158,47 @@ fn causal_rows_go_on_between_the_measurements_of_held_values() {
     }
 }
 
+/// The encoder of the boom slips in a message in which the slew repeats its last value: rows after it are doubted as without the
+/// repeats.
+#[test]
+fn an_encoder_that_slips_beside_a_held_joint_stays_doubted() {
+    let doubted = |held: usize| {
+        let folder = tempfile::tempdir().unwrap();
+        let log = folder.path().join("slipped.mcap");
+        let (mut last, mut count) = (std::collections::BTreeMap::new(), 0);
+        write_edited(&data("swing_lift.mcap"), &log, &mut |topic, values| {
+            if topic != "/joint_states" {
+                return;
+            }
+            let names: Vec<String> = values.names().map(str::to_owned).collect();
+            for name in names {
+                if name.ends_with(".slew") {
+                    if count % held == 0 {
+                        last.insert(name.clone(), values.get(&name));
+                    }
+                    values.set(&name, last[&name]);
+                } else if name == "position.lift" && count >= 403 {
+                    values.set(&name, values.get(&name) + 0.3);
+                }
+            }
+            count += 1;
+        });
+        let causal = Options {
+            estimator: Estimator::Causal,
+            ..Options::default()
+        };
+        let analysis = analysed_with(&log, &data("swing_lift.toml"), causal);
+        let reasons = &analysis.rows.reasons;
+        (reasons.iter())
+            .map(|reasons| reasons.have_doubt() || !reasons.leave_loads())
+            .collect::<Vec<bool>>()
+    };
+    let (fresh, held) = (doubted(1), doubted(10));
+    let slipped = fresh.iter().skip(400).position(|doubt| *doubt).unwrap() + 400;
+    assert!(fresh[slipped..].iter().all(|doubt| *doubt), "{fresh:?}");
+    assert!(held[slipped + 10..].iter().all(|doubt| *doubt), "{held:?}");
+}
+
 /// A logger that writes its rows faster than the joints are measured holds their values. Its log is that of the measurements: the
 /// stairs of the repeats are no motion, which tipped a machine over that only lifted a wheel.
 #[test]

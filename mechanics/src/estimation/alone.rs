@@ -69,8 +69,11 @@ impl Alone {
         match (repeats, self.measured_ns) {
             (true, Some(at_ns)) if !is_used => {
                 measured(at_ns)?;
-                self.filter.take_over(with);
-                with.disregard(self.channel);
+                // a value that was left out begins nothing
+                if self.is_used() {
+                    self.filter.take_over(with);
+                    with.disregard(self.channel);
+                }
             }
             (true, _) => {}
             (false, _) => {

@@ -344,7 +344,8 @@ impl CausalEstimator {
         result.map(|_| ())
     }
 
-    /// Finds which joints of a message only repeat their last measurement; none where the whole message is held.
+    /// Finds which joints of a message only repeat their last measurement. Where the whole message is held that is told of it, but
+    /// for joints that are measured at instants of their own already.
     fn find_repeating_joints(&mut self, sample: &Sample<'_>, is_held: bool) {
         self.repeat.clear();
         let Sensor::Joints(stream) = sample.sensor else {
@@ -352,9 +353,12 @@ impl CausalEstimator {
         };
         let (positions, rates) = sample.values.split_at(sample.values.len() / 2);
         let joints = self.joint_repeats.get_mut(stream).into_iter().flatten();
-        for (repeats, (&position, &rate)) in joints.zip(positions.iter().zip(rates)) {
+        let followed = Followed::Joints(stream);
+        let values = positions.iter().zip(rates).enumerate();
+        for (repeats, (channel, (&position, &rate))) in joints.zip(values) {
             let repeats = repeats.take(sample.stamp_ns, &[position, rate]);
-            self.repeat.push(repeats && !is_held);
+            let is_alone = || (self.filters.alone(followed)).any(|it| it.channel() == channel);
+            self.repeat.push(repeats && (!is_held || is_alone()));
         }
     }
 

@@ -89,7 +89,7 @@ impl Shaken {
             variance: noise * noise,
             max_gap_ns,
             squares: vec![0.0; MOST],
-            alike: vec![0.0; MOST],
+            alike: vec![0.0; MOST + 1],
             shaken: 0,
             length: 1,
             averaged: 1,
@@ -327,6 +327,24 @@ mod tests {
             };
             let (_, changed) = off(driven, ringing);
             assert_eq!(changed, 0, "{decay_s} s");
+        }
+    }
+
+    /// More samples lie within the longest period than are kept.
+    #[test]
+    fn a_fast_sensor_is_followed() {
+        for hertz in [1300, 1600, 2000, 4000] {
+            let mut shaken = Shaken::new(NOISE, 250_000_000);
+            let mut noise = Noise(7);
+            for (place, tone) in (0..).zip([25.0, 40.0, 100.0, 200.0]) {
+                for k in 2000 * place..2000 * (place + 1) {
+                    let stamp_ns = k * (1_000_000_000 / hertz);
+                    let shaking = 3.0 * (TAU * tone * seconds(stamp_ns)).sin();
+                    let motion = [0.0; 6].map(|_: f64| shaking + NOISE * noise.next());
+                    let (at_ns, mean) = shaken.take(stamp_ns, motion);
+                    assert!(stamp_ns - at_ns < LONGEST_NS && mean[0].is_finite());
+                }
+            }
         }
     }
 

@@ -187,9 +187,8 @@ impl Plausibility {
             let force = &sample.values[..3];
             sound.force = (self.weight).check(sample.stamp_ns, force, limits, &mut found);
         }
-        if !repeat.contains(&true) {
-            self.relations.step(sample, sound, &mut self.findings);
-        }
+        let is_whole = !repeat.contains(&true);
+        (self.relations).step(sample, sound, is_whole, &mut self.findings);
         self.has_found_contradiction |= self.findings.iter().any(|finding| {
             finding.casts_doubt(self.has_imu) && finding.explanation.is_some_and(Explanation::lasts)
         });

@@ -129,11 +129,13 @@ impl Relations {
         }
     }
 
-    /// Takes a sample that was checked by itself, and appends what contradicts each other to `findings`.
+    /// Takes a sample that was checked by itself, and appends what contradicts each other to `findings`. One of joints that is not
+    /// whole, because some of them repeat their last value, compares nothing; what was found of a joint in it stands.
     pub(in crate::estimation) fn step(
         &mut self,
         sample: &Sample<'_>,
         sound: Sound,
+        is_whole: bool,
         findings: &mut Vec<Finding>,
     ) {
         self.offsets.take(findings, self.lean.as_mut());
@@ -143,6 +145,7 @@ impl Relations {
             }
             // as if it had been lost
             _ if findings.iter().any(Finding::lacks_a_value) => {}
+            Sensor::Joints(_) if !is_whole => {}
             Sensor::Joints(stream) => self.take_joints(stream, sample, sound),
             Sensor::Imu => self.take_imu(sample, sound),
             Sensor::Odometry => self.take_odometry(sample, sound),

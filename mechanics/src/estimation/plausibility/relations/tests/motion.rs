@@ -116,7 +116,7 @@ fn found_after(
         ] {
             let sample = Sample::new(sensor, stamp_ns + i64::from(sensor == Sensor::Imu), &values);
             findings.clear();
-            relations.step(&sample, SOUND, &mut findings);
+            relations.step(&sample, SOUND, true, &mut findings);
             for finding in &findings {
                 assert_eq!(finding.kind, FaultKind::Contradiction);
                 let explanation = finding.explanation.unwrap();
