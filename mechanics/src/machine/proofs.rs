@@ -130,7 +130,8 @@ impl Proof {
             }
             Self::Supports => "set and raise each support, and compare what is read (commission)".into(),
             Self::Ground => {
-                "state contact.ground = \"plane\" in the machine file where it is, or measure loads".into()
+                "state contact.ground = \"plane\" in the machine file where it is, or measure the load of every \
+                 support".into()
             }
             Self::Joint(index) => format!(
                 "stand, and move {} alone by a good part of its range; if it is commissioned, it has not changed since the session \
