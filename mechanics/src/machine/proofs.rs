@@ -225,7 +225,8 @@ pub struct SessionProofs {
     /// Proven by the motion.
     pub proven: Proofs,
     /// Signals that have shown one value only since the first sample, but for switches. So reads an encoder that stopped before, or
-    /// that nobody reads: whatever a commissioning has proven of it, this session has not shown that it is measured.
+    /// that nobody reads: whatever a commissioning has proven of it, this session has not shown that it is measured. A force or a
+    /// mass that has repeated one value for so long that nothing shows any more that it is measured is among them.
     pub unchanged: Proofs,
     /// What the motion makes unlikely, without contradicting it for sure: whatever a commissioning has proven of it before, its sensors
     /// may be others since.

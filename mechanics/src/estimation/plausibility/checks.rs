@@ -129,12 +129,13 @@ impl Plausibility {
         }
     }
 
-    /// What the samples so far have shown of the sensors.
+    /// What the samples so far have shown of the sensors. `is_idle` tells of signals of actuators that no load hangs on now.
     #[must_use]
-    pub fn shown(&self) -> SessionProofs {
+    pub fn shown(&self, is_idle: &dyn Fn(usize) -> bool) -> SessionProofs {
+        let unchanged = self.signals.unchanged(is_idle);
         SessionProofs {
             proven: self.relations.proven(),
-            unchanged: self.signals.unchanged(),
+            unchanged: unchanged.with(self.signals.silent(is_idle)),
             disputed: self.relations.disputed(),
             at_zero: self.signals.at_zero(),
         }
@@ -157,9 +158,12 @@ impl Plausibility {
         self.findings.clear();
     }
 
-    /// Follows a number of which the state is not estimated.
-    pub(in crate::estimation) fn follow_number(&mut self, sample: &Sample<'_>) {
-        self.signals.follow_number(sample);
+    /// Checks a sample of a number of which the state is not estimated; whether it may be used.
+    pub(in crate::estimation) fn step_number(&mut self, sample: &Sample<'_>) -> bool {
+        self.findings.clear();
+        self.signals.check_number(sample, &mut self.findings);
+        let forbids = |finding: &Finding| finding.policy == Policy::Invalid;
+        !self.findings.iter().any(forbids)
     }
 
     /// Checks a sample; [`Self::findings`] returns the faults found.
