@@ -334,6 +334,45 @@ fn a_scale_that_stops_is_frozen_or_not_proven() {
     assert_eq!(judged(&coarse, true), [false, true, false]);
 }
 
+/// The slew slips by a quarter of a turn, and a person trusts it as it is. It was commissioned; that is no proof of where it is now.
+// requirement: TW-VERDICT-28, TW-VERDICT-31
+#[test]
+fn a_joint_that_only_a_person_trusts_is_not_proven() {
+    let machine = data("commissioning.toml");
+    let opened = opened_of("commissioning.mcap", &machine);
+    let urdf = opened.file.urdf(None, None).unwrap();
+    let (checked, sensors) = opened.session.machine(&opened.file, &urdf).unwrap();
+    let slew = checked.joints().iter().position(|it| it.name == "slew");
+    let slew = slew.unwrap();
+    let stream = &sensors.joints[0].joints;
+    let place = stream.iter().position(|joint| *joint == slew).unwrap();
+    let slew = Proof::Joint(slew);
+    let judged = |slips_s: f64| {
+        let change = |since_s: f64, mut wire: WireSample| {
+            if wire.kind == Kind::Joints as u32 && since_s > slips_s {
+                wire.values[place] += std::f64::consts::FRAC_PI_2;
+            }
+            Some(wire)
+        };
+        let mut is_trusted = false;
+        let trust = |since_s: f64, monitor: &mut Monitor| {
+            if since_s > slips_s + 3.0 && !std::mem::replace(&mut is_trusted, true) {
+                monitor.trust([slew].into_iter().collect());
+            }
+        };
+        let rows = steered("commissioning.mcap", &machine, Proofs::ALL, change, trust);
+        let at = |at_s: f64| rows.iter().find(|(since_s, _)| *since_s > at_s).unwrap().1;
+        let is_doubted = |row: WireVerdict| Proofs::from_bits(row.doubted).has(slew);
+        [3.0, 5.5, 8.0].map(|at_s| (is_doubted(at(at_s)), at(at_s).verdict().unproven.has(slew)))
+    };
+    assert_eq!(judged(f64::INFINITY), [(false, false); 3]);
+    let [before, slipped, trusted] = judged(4.0);
+    assert_eq!(
+        (before, slipped.0, trusted),
+        ((false, false), true, (false, true))
+    );
+}
+
 /// White noise by the time, from -1 to 1.
 fn noise(since_s: f64) -> f64 {
     2.0 * ((since_s * 1e3 * 12.9898).sin() * 43_758.545_3).rem_euclid(1.0) - 1.0

@@ -20,6 +20,9 @@ pub struct Plausibility {
     rules: Rules,
     has_imu: bool,
     findings: Vec<Finding>,
+    /// Signals that a person trusts, and what the motion had proven by then.
+    trusted: Proofs,
+    proven_before_trust: Proofs,
     /// Whether a lasting contradiction was found, and whether one is remembered from a session before.
     has_found_contradiction: bool,
     remembers_contradiction: bool,
@@ -36,6 +39,8 @@ impl Plausibility {
             rules: Rules::of(machine),
             has_imu: sensors.imu,
             findings: room_for_findings(sensors),
+            trusted: Proofs::NONE,
+            proven_before_trust: Proofs::NONE,
             has_found_contradiction: false,
             remembers_contradiction: false,
         }
@@ -120,8 +125,12 @@ impl Plausibility {
         self.signals.known_positions()
     }
 
-    /// A person trusts these signals as they are now.
+    /// A person trusts these signals as they are now. A joint that has stopped and still repeats itself stays doubted: it is not
+    /// mended. What nothing but a person says is not proven before the motion shows it.
     pub fn trust(&mut self, signals: Proofs) {
+        let signals = signals.without(self.signals.repeating());
+        self.trusted = self.trusted.with(signals);
+        self.proven_before_trust = self.relations.proven();
         self.signals.trust(signals);
         self.relations.trust(signals);
         if signals.has(Proof::SpecificForce) {
@@ -133,10 +142,12 @@ impl Plausibility {
     #[must_use]
     pub fn shown(&self, is_idle: &dyn Fn(usize) -> bool) -> SessionProofs {
         let unchanged = self.signals.unchanged(is_idle);
+        let proven = self.relations.proven();
+        let trusted = (self.trusted).without(proven.without(self.proven_before_trust));
         SessionProofs {
-            proven: self.relations.proven(),
+            proven,
             unchanged: unchanged.with(self.signals.silent(is_idle)),
-            disputed: self.relations.disputed(),
+            disputed: self.relations.disputed().with(trusted),
             at_zero: self.signals.at_zero(),
         }
     }

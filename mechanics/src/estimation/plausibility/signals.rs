@@ -228,6 +228,12 @@ impl SignalChecks {
         joints.map(|(_, joint)| SignalDoubt::frozen(joint))
     }
 
+    /// The joints that have stopped, and still repeat themselves.
+    pub(super) fn repeating(&self) -> Proofs {
+        let joints = self.watched_joints().filter(|(it, _)| it.still_repeats());
+        joints.map(|(_, joint)| Proof::Joint(joint)).collect()
+    }
+
     /// A joint had stopped to be measured when the session before ended.
     pub(super) fn remember_frozen(&mut self, joint: usize) {
         self.watch_of(joint).for_each(JointWatch::remember_frozen);
