@@ -106,6 +106,11 @@ impl Freeze {
         self.is_silent
     }
 
+    /// Whether it has shown a value.
+    pub(super) fn was_given(&self) -> bool {
+        self.samples > 0
+    }
+
     /// Whether it has shown two values.
     pub(super) fn has_changed(&self) -> bool {
         self.samples > 1

@@ -326,7 +326,9 @@ impl SignalChecks {
         let is_of_payload =
             |sensor: &Sensor| matches!(sensor, Sensor::Number(NumberKind::Payload, _));
         let numbers = self.numbers.iter();
-        let payloads = numbers.filter(move |(sensor, _)| is_of_payload(sensor));
+        // an estimator that takes none of their samples knows nothing of them
+        let payloads =
+            numbers.filter(move |(sensor, freeze)| is_of_payload(sensor) && freeze.was_given());
         vectors.chain(payloads.map(|(_, freeze)| (freeze, Proof::Payload)))
     }
 
