@@ -11,7 +11,7 @@ use tipwatch_live::wire::session::{Session, StampClock};
 use tipwatch_live::wire::topics::{EVENT_ROW, Kind, WireSample, WireSession, WireVerdict};
 use tipwatch_mechanics::machine::{Proof, Proofs};
 use tipwatch_mechanics::state::Reason;
-use tipwatch_mechanics::verdict::Level;
+use tipwatch_mechanics::verdict::{InputFault, Level, Verdict};
 
 use crate::support::{data, seal};
 
@@ -50,8 +50,12 @@ struct Opened {
 }
 
 fn opened(machine: &Path) -> Opened {
+    opened_of("lift_payload.mcap", machine)
+}
+
+fn opened_of(log: &str, machine: &Path) -> Opened {
     let file = MachineFile::read(machine).unwrap();
-    let samples = LogSamples::read(&data("lift_payload.mcap"), &file, None).unwrap();
+    let samples = LogSamples::read(&data(log), &file, None).unwrap();
     let first_ns = samples.samples().next().unwrap().1;
     let session = Session {
         id: 77,
@@ -83,11 +87,36 @@ fn rows_with(
     commissioned: Proofs,
     mut change: impl FnMut(f64, WireSample) -> Option<WireSample>,
 ) -> Vec<(f64, WireVerdict)> {
+    let change = |since_s: f64, wire: WireSample| match wire.kind == Kind::Payload as u32 {
+        true => change(since_s, wire),
+        false => Some(wire),
+    };
+    rows_of("lift_payload.mcap", machine, commissioned, change)
+}
+
+/// The same of any log, of which `change` changes every sample.
+pub(crate) fn rows_of(
+    log: &str,
+    machine: &Path,
+    commissioned: Proofs,
+    change: impl FnMut(f64, WireSample) -> Option<WireSample>,
+) -> Vec<(f64, WireVerdict)> {
+    steered(log, machine, commissioned, change, |_, _| {})
+}
+
+/// The same of a monitor that `steer` steers after each sample.
+fn steered(
+    log: &str,
+    machine: &Path,
+    commissioned: Proofs,
+    mut change: impl FnMut(f64, WireSample) -> Option<WireSample>,
+    mut steer: impl FnMut(f64, &mut Monitor),
+) -> Vec<(f64, WireVerdict)> {
     let Opened {
         file,
         samples,
         session,
-    } = opened(machine);
+    } = opened_of(log, machine);
     let urdf = file.urdf(None, None).unwrap();
     let (machine, sensors) = session.machine(&file, &urdf).unwrap();
     let monitor = Monitor::new(machine, &sensors, &session, START_NS);
@@ -97,12 +126,10 @@ fn rows_with(
         let mut wire = WireSample::new(&sample, log_ns).unwrap();
         let now_ns = START_NS + log_ns - session.clock.stamp_ns;
         let since_s = (now_ns - START_NS) as f64 * 1e-9;
-        if wire.kind == Kind::Payload as u32 {
-            let Some(changed) = change(since_s, wire) else {
-                continue;
-            };
-            wire = changed;
-        }
+        let Some(changed) = change(since_s, wire) else {
+            continue;
+        };
+        wire = changed;
         seal(&mut wire, &session, sequence, now_ns);
         sequence += 1;
         let mut publish = |verdict: &mut WireVerdict| {
@@ -112,6 +139,7 @@ fn rows_with(
             now_ns
         };
         let _ = monitor.take(&wire, now_ns, &mut publish);
+        steer(since_s, &mut monitor);
     }
     found
 }
@@ -270,6 +298,148 @@ fn what_weighs_a_payload_is_not_proven_before_it_has_changed() {
         let nobody = rows(&machine, |_, wire| Some(wire));
         assert!(is_open(&nobody.last().unwrap().1), "{force}");
     }
+}
+
+/// A scale that stops: of one that shows noise the noise is missing, and of any other nothing shows any more that it is measured.
+// requirement: TW-FAULT-10, TW-VERDICT-28
+#[test]
+fn a_scale_that_stops_is_frozen_or_not_proven() {
+    let folder = tempfile::tempdir().unwrap();
+    let machine = with_payload(folder.path(), "", SCALE);
+    let stops_s = 3.0;
+    let judged = |show: &dyn Fn(f64) -> f64, stops: bool| {
+        let mut last = 0.0;
+        let rows = rows_with(&machine, Proofs::ALL, |since_s, mut wire| {
+            if since_s < stops_s || !stops {
+                last = show(since_s);
+            }
+            wire.values[0] = last;
+            Some(wire)
+        });
+        let end = rows.last().unwrap().1;
+        let is_frozen = end.verdict().held.faults.has(InputFault::Frozen);
+        let is_open = end.verdict().unproven.has(Proof::Payload);
+        let was_open = |(since_s, row): &(f64, WireVerdict)| {
+            (1.0..stops_s).contains(since_s) && row.verdict().unproven.has(Proof::Payload)
+        };
+        assert!(!rows.iter().any(was_open));
+        assert!(stops || end.verdict().level != Level::Fault);
+        [is_frozen, is_open, is_unknown(&end)]
+    };
+    let noisy = |since_s: f64| 320.0 + 2.0 * noise(since_s);
+    let coarse = |since_s: f64| (320.5 + 0.4 * noise(since_s)).round();
+    assert_eq!(judged(&noisy, false), [false, false, false]);
+    assert_eq!(judged(&coarse, false), [false, false, false]);
+    assert_eq!(judged(&noisy, true), [true, true, true]);
+    assert_eq!(judged(&coarse, true), [false, true, false]);
+}
+
+/// The slew slips by a quarter of a turn, and a person trusts it as it is. It was commissioned; that is no proof of where it is now.
+// requirement: TW-VERDICT-28, TW-VERDICT-31
+#[test]
+fn a_joint_that_only_a_person_trusts_is_not_proven() {
+    let machine = data("commissioning.toml");
+    let opened = opened_of("commissioning.mcap", &machine);
+    let urdf = opened.file.urdf(None, None).unwrap();
+    let (checked, sensors) = opened.session.machine(&opened.file, &urdf).unwrap();
+    let slew = checked.joints().iter().position(|it| it.name == "slew");
+    let slew = slew.unwrap();
+    let stream = &sensors.joints[0].joints;
+    let place = stream.iter().position(|joint| *joint == slew).unwrap();
+    let slew = Proof::Joint(slew);
+    let judged = |slips_s: f64| {
+        let change = |since_s: f64, mut wire: WireSample| {
+            if wire.kind == Kind::Joints as u32 && since_s > slips_s {
+                wire.values[place] += std::f64::consts::FRAC_PI_2;
+            }
+            Some(wire)
+        };
+        let mut is_trusted = false;
+        let trust = |since_s: f64, monitor: &mut Monitor| {
+            if since_s > slips_s + 3.0 && !std::mem::replace(&mut is_trusted, true) {
+                monitor.trust([slew].into_iter().collect());
+            }
+        };
+        let rows = steered("commissioning.mcap", &machine, Proofs::ALL, change, trust);
+        let at = |at_s: f64| rows.iter().find(|(since_s, _)| *since_s > at_s).unwrap().1;
+        let is_doubted = |row: WireVerdict| Proofs::from_bits(row.doubted).has(slew);
+        [3.0, 5.5, 8.0].map(|at_s| (is_doubted(at(at_s)), at(at_s).verdict().unproven.has(slew)))
+    };
+    assert_eq!(judged(f64::INFINITY), [(false, false); 3]);
+    let [before, slipped, trusted] = judged(4.0);
+    assert_eq!(
+        (before, slipped.0, trusted),
+        ((false, false), true, (false, true))
+    );
+}
+
+/// White noise by the time, from -1 to 1.
+fn noise(since_s: f64) -> f64 {
+    2.0 * ((since_s * 1e3 * 12.9898).sin() * 43_758.545_3).rem_euclid(1.0) - 1.0
+}
+
+/// The measured loads of all jacks of a crane stop while its boom moves, and one of them hides that its foot is lifted.
+// requirement: TW-FAULT-10, TW-VERDICT-28
+#[test]
+fn jacks_that_stop_are_frozen_and_hide_no_lifted_foot() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = std::fs::read_to_string(data("crane.toml")).unwrap();
+    let text = text.replace(
+        "[contact]\n",
+        "[contact]\nground = \"plane\"\ntyre_stiffness = 2.0e6\n",
+    );
+    let text = text.replace("force_sigma =", "stiffness = 2.0e6\nforce_sigma =");
+    let text = text.replace(
+        "[uncertainty]\n",
+        "[uncertainty]\nwheel_position = 0.001\nwheel_radius = 0.001\n",
+    );
+    let commissioned = Proofs::ALL.without([Proof::Ground].into_iter().collect());
+    std::fs::copy(data("crane.urdf"), folder.path().join("crane.urdf")).unwrap();
+    let machine = folder.path().join("crane.toml");
+    std::fs::write(&machine, text).unwrap();
+    let judged = |stops_s: f64| {
+        let mut last = [0.0; 4];
+        rows_of("crane.mcap", &machine, commissioned, |since_s, mut wire| {
+            if wire.kind == Kind::Actuator as u32 {
+                let last = &mut last[wire.stream as usize];
+                if since_s < stops_s {
+                    *last = wire.values[0];
+                }
+                wire.values[0] = *last;
+            }
+            (since_s < 26.0).then_some(wire)
+        })
+    };
+    let found = |rows: &[(f64, WireVerdict)], from_s: f64, to_s: f64| {
+        let rows = rows
+            .iter()
+            .filter(|(at_s, _)| (from_s..to_s).contains(at_s));
+        rows.map(|(at_s, row)| (*at_s, row.verdict()))
+            .collect::<Vec<_>>()
+    };
+    let is_open = |verdict: &Verdict| verdict.unproven.has(Proof::ActuatorForces);
+    let is_frozen = |verdict: &Verdict| verdict.held.cautions.has(InputFault::Frozen);
+    let sound = judged(f64::INFINITY);
+    for (at_s, verdict) in found(&sound, 1.0, 26.0) {
+        assert!(!is_open(&verdict) && !is_frozen(&verdict), "{at_s}");
+    }
+    // the ground is stated, and the jacks are measured
+    assert!(
+        found(&sound, 1.0, 16.0)
+            .iter()
+            .any(|(_, it)| it.level == Level::Safe)
+    );
+    let stopped = judged(16.0);
+    // a second shows nothing more, and a hundred samples are too many
+    for (at_s, verdict) in found(&stopped, 17.1, 26.0) {
+        assert!(is_open(&verdict), "{at_s}");
+    }
+    for (at_s, verdict) in found(&stopped, 21.5, 26.0) {
+        assert!(is_frozen(&verdict), "{at_s}");
+    }
+    let lifted = found(&stopped, 20.9, 24.0);
+    let is_danger = |(_, it): &(f64, Verdict)| it.level == Level::Danger;
+    assert!(lifted.iter().any(is_danger), "{lifted:?}");
 }
 
 #[test]

@@ -345,6 +345,24 @@ fn joint_is_trusted_again_when_somebody_acknowledges_it() {
     assert_trusted_for_good(&rows[first..], &mut feed);
 }
 
+/// An encoder that stopped, and that nobody has mended.
+// requirement: TW-VERDICT-31
+#[test]
+fn joint_that_still_repeats_itself_is_not_trusted() {
+    let bench = Bench::new("repeats");
+    let slew = bench.slew;
+    let mut feed = bench.failed(&slew_shows_zero, 900);
+    let seen = feed.rows(20).pop().unwrap();
+    assert!(doubts(&seen, slew));
+    let mut sender: Sender<WireAcknowledge> = bench.node.sender(0, 0).unwrap();
+    let slew_alone = [slew].into_iter().collect();
+    let mut message = WireAcknowledge::of_signals(&seen, slew_alone);
+    sender.send_for(feed.hash, &mut message).unwrap();
+    let rows = feed.rows(100);
+    assert!(rows.iter().any(|row| row.acknowledged_signals != 0));
+    assert!(rows.iter().all(|row| doubts(row, slew)));
+}
+
 /// Who has seen that it slipped has not seen that it slipped further.
 // requirement: TW-VERDICT-31
 #[test]

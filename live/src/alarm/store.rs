@@ -51,6 +51,8 @@ pub struct AlarmStore {
     is_handed_over: bool,
     /// When the alarm last changed (ns).
     changed_ns: i64,
+    /// Whether the folder had no file of the machine.
+    is_new: bool,
     /// No other monitor of the machine has it.
     _lock: Option<IdentityLock>,
 }
@@ -101,6 +103,14 @@ impl AlarmStore {
             }
             kept = worse(kept, before.kept);
         }
+        let is_new = predecessors.is_empty() && !file.path().exists();
+        if is_new {
+            eprintln!(
+                "monitor: {}: no file of this machine: it is followed in this folder for the first time, or what was kept of it, such \
+                 as an alarm, was lost",
+                folder.display()
+            );
+        }
         let shared = Arc::new(Shared {
             exchange: Exchange::new(0),
             kept: Mutex::new(kept),
@@ -130,6 +140,7 @@ impl AlarmStore {
             number: 0,
             is_handed_over: true,
             changed_ns: monotonic_ns(),
+            is_new,
             _lock: lock,
         };
         Ok((store, kept))
@@ -159,6 +170,12 @@ impl AlarmStore {
         if let Ok(mut slot) = self.shared.positions.try_lock() {
             *slot = *last;
         }
+    }
+
+    /// Whether the folder had no file of the machine: it is new there, or what was kept was lost.
+    #[must_use]
+    pub fn is_new(&self) -> bool {
+        self.is_new
     }
 
     /// Whether a power cut would lose the alarm: writing has failed, or takes too long.
@@ -366,6 +383,17 @@ mod tests {
         drop(store);
         // and back
         assert_eq!(numbered(3, "7").1, danger);
+    }
+
+    #[test]
+    fn a_folder_that_was_lost_is_told() {
+        let folder = tempfile::tempdir().unwrap();
+        let state = folder.path().join("state");
+        let is_new = || open(&state, 3, "m").0.is_new();
+        assert!(is_new());
+        assert!(!is_new());
+        std::fs::remove_dir_all(&state).unwrap();
+        assert!(is_new());
     }
 
     /// What one of two was told to forget, the other would write again.

@@ -4,6 +4,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Result, bail};
 use tipwatch_mechanics::machine::Proofs;
+use tipwatch_mechanics::verdict::InputFault;
 
 use crate::node::{LiveNode, Receiver, ServiceAddress, pause};
 use crate::safety_limits::HEARTBEAT_NS;
@@ -89,11 +90,21 @@ pub fn acknowledge_signal(address: &ServiceAddress, name: &str) -> Result<String
         |verdict: &WireVerdict| verdict.sequence > seen.sequence && !is_doubted(verdict, signal);
     match wait_for(&verdicts, LIMIT, confirms)? {
         Some(_) => Ok(format!("{name} is trusted as it is now")),
+        None if repeats(&seen) => bail!(
+            "{name}: expected a signal that is measured again, found one that may still repeat one value (frozen): mend its sensor, \
+             move what it measures, and acknowledge it then"
+        ),
         None => bail!(
             "{name}: the monitor has not accepted the acknowledgement within {} s; do its sensors still send?",
             LIMIT.as_secs()
         ),
     }
+}
+
+/// Whether a signal is frozen now.
+fn repeats(verdict: &WireVerdict) -> bool {
+    let held = verdict.verdict().held;
+    held.faults.has(InputFault::Frozen) || held.cautions.has(InputFault::Frozen)
 }
 
 /// The next verdict.

@@ -4,9 +4,9 @@ use ratatui::Frame;
 use ratatui::layout::{Alignment, Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
-use ratatui::widgets::{Block, Paragraph};
+use ratatui::widgets::{Block, Paragraph, Wrap};
 use tipwatch_mechanics::state::Reason;
-use tipwatch_mechanics::verdict::{InputFault, Level};
+use tipwatch_mechanics::verdict::{Basis, InputFault, Level};
 
 use crate::wire::command::{HoldReason, Mode};
 use crate::wire::names::Names;
@@ -41,14 +41,17 @@ pub(super) fn draw(frame: &mut Frame<'_>, view: &View) {
         return;
     };
     let wheels = view.names.wheels.len() as u16;
+    let proof = missing_proof(view, verdict);
+    let inside = frame.area().width.saturating_sub(2).max(1);
+    let proof_lines = proof.as_ref().map_or(0, |proof| lines_of(proof, inside));
     let [level, margin, loads, health] = Layout::vertical([
-        Constraint::Length(5),
+        Constraint::Length(5 + proof_lines),
         Constraint::Length(3),
         Constraint::Length(2 * wheels + 1),
         Constraint::Min(7),
     ])
     .areas(frame.area());
-    draw_level(frame, level, view, verdict);
+    draw_level(frame, level, view, verdict, proof);
     draw_margin(frame, margin, view, verdict);
     draw_loads(frame, loads, view, verdict);
     draw_health(frame, health, view, verdict);
@@ -72,7 +75,27 @@ fn expired_s(view: &View, verdict: &WireVerdict) -> Option<f64> {
     (over_ns > 0).then_some(over_ns as f64 * 1e-9)
 }
 
-fn draw_level(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVerdict) {
+/// The number of lines of a text that is wrapped at words.
+fn lines_of(text: &str, width: u16) -> u16 {
+    let (mut lines, mut used) = (1, 0);
+    for word in text.split(' ') {
+        let length = word.chars().count();
+        if used > 0 && used + 1 + length > usize::from(width) {
+            (lines, used) = (lines + 1, length);
+        } else {
+            used += length + usize::from(used > 0);
+        }
+    }
+    lines
+}
+
+fn draw_level(
+    frame: &mut Frame<'_>,
+    area: Rect,
+    view: &View,
+    verdict: &WireVerdict,
+    proof: Option<String>,
+) {
     let shown = verdict.verdict();
     let expired = expired_s(view, verdict);
     let level = if expired.is_some() {
@@ -112,9 +135,6 @@ fn draw_level(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVerd
             Style::new().add_modifier(Modifier::BOLD),
         ));
     }
-    if shown.level == Level::Assumed {
-        second.push(Span::from(missing_proof(view, verdict)));
-    }
     if verdict.doubted != 0 {
         let doubted = view.names.doubted(verdict).join(", ");
         let gap = if second.is_empty() { "" } else { "   " };
@@ -129,24 +149,27 @@ fn draw_level(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVerd
     }
     let title = format!(" {} ", view.names.machine);
     let ahead = prediction_text(verdict, &view.names.wheels).filter(|_| expired.is_none());
-    let text = vec![
+    let mut text = vec![
         Line::from(words),
         Line::from(second),
         Line::from(ahead.unwrap_or_default()),
     ];
+    text.extend(proof.map(Line::from));
     let level = Paragraph::new(text)
+        .wrap(Wrap { trim: true })
         .alignment(Alignment::Center)
         .block(Block::bordered().title(title).border_style(color(level)));
     frame.render_widget(level, area);
 }
 
-/// What is not proven, and what would prove the first of it.
-fn missing_proof(view: &View, verdict: &WireVerdict) -> String {
-    let names = &view.names;
+/// What is not proven, and what would prove the first of it; `None` if there is nothing, or where the basis is in doubt.
+fn missing_proof(view: &View, verdict: &WireVerdict) -> Option<String> {
+    let (names, shown) = (&view.names, verdict.verdict());
+    let mut proofs = shown.unproven.iter(names.joints.len());
+    let first = proofs.next().filter(|_| shown.basis == Basis::Assumed)?;
     let unproven = names.unproven(verdict).join(", ");
-    let mut proofs = verdict.verdict().unproven.iter(names.joints.len());
-    let way = proofs.next().map(|it| it.way(|joint| names.joint(joint)));
-    format!("not proven: {unproven} ({})", way.unwrap_or_default())
+    let way = first.way(|joint| names.joint(joint));
+    Some(format!("not proven: {unproven} ({way})"))
 }
 
 fn draw_margin(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVerdict) {
@@ -264,8 +287,14 @@ fn draw_health(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVer
         * 1e-3;
     let timing = if verdict.untimed != 0 {
         "REPLAY at full speed: real time is not checked".to_owned()
+    } else if verdict.sample_published_ns == 0 {
+        "no sample yet".to_owned()
     } else {
         format!("sample to verdict {delay_us:.0} µs")
+    };
+    let per_s = match view.rows_per_s.is_finite() {
+        true => format!(" ({:.0} per second)", view.rows_per_s),
+        false => String::new(),
     };
     let zmp = if verdict.zmp_margin.is_finite() {
         format!("{:.3} m inside the edge", verdict.zmp_margin)
@@ -285,8 +314,8 @@ fn draw_health(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVer
             "input faults {faults}   cautions {cautions}   row {reasons}"
         )),
         Line::from(format!(
-            "samples  lost {}  refused {}  repeated {}   rows {} ({:.0} per second)",
-            verdict.lost, verdict.refused, verdict.repeated, verdict.rows, view.rows_per_s
+            "samples  lost {}  refused {}  repeated {}   rows {}{per_s}",
+            verdict.lost, verdict.refused, verdict.repeated, verdict.rows
         )),
         Line::from(format!("last verdict {age_ms:.0} ms ago   {timing}")),
         Line::from(suspension(view)),
@@ -323,6 +352,7 @@ fn suspension(view: &View) -> String {
 mod tests {
     use ratatui::Terminal;
     use ratatui::backend::TestBackend;
+    use tipwatch_mechanics::machine::{Proof, Proofs};
 
     use super::*;
 
@@ -388,6 +418,41 @@ mod tests {
         ] {
             assert!(text.contains(expected), "{expected} in\n{text}");
         }
+    }
+
+    #[test]
+    fn what_is_not_proven_is_shown_whole() {
+        let mut view = view();
+        let verdict = view.verdict.as_mut().unwrap();
+        verdict.level = Level::Assumed as u32;
+        verdict.basis = Basis::Assumed as u32;
+        let proofs = [Proof::AngularVelocity, Proof::Ground, Proof::Payload];
+        verdict.unproven = proofs.into_iter().collect::<Proofs>().bits();
+        let text = drawn(&view);
+        let words: Vec<&str> = text.split_whitespace().filter(|it| it.len() > 3).collect();
+        let way = Proof::AngularVelocity.way(|_| String::new());
+        for word in way.split(' ').filter(|word| word.len() > 3) {
+            let is_shown = words.iter().any(|shown| shown.contains(word));
+            assert!(is_shown, "{word} in\n{text}");
+        }
+        // an alarm tells on what it stands, too
+        view.verdict.as_mut().unwrap().level = Level::Notice as u32;
+        assert!(drawn(&view).contains("not proven"));
+    }
+
+    #[test]
+    fn times_that_are_none_are_not_shown() {
+        let mut view = view();
+        view.rows_per_s = f64::NAN;
+        let verdict = view.verdict.as_mut().unwrap();
+        (verdict.published_ns, verdict.sample_published_ns) = (2_607_132_129_000, 0);
+        let text = drawn(&view);
+        assert!(
+            !text.contains("NaN") && !text.contains("2607132129"),
+            "{text}"
+        );
+        view.verdict.as_mut().unwrap().sample_published_ns = 2_607_132_099_000;
+        assert!(drawn(&view).contains("sample to verdict 30 µs"));
     }
 
     #[test]

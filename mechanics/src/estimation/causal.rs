@@ -79,7 +79,8 @@ impl CausalEstimator {
                 .map(|stream| FilledVelocities::new(stream.joints.len()))
                 .collect(),
             measured: Vec::with_capacity(2 * most_joints),
-            repeats: (sensors.iter())
+            repeats: (sensors.all())
+                .filter(|sensor| !tells_what_is_asked(*sensor))
                 .filter_map(|sensor| {
                     let is_of_joints = matches!(sensor, Sensor::Joints(_));
                     let assumed_ns = if is_of_joints { max_gap_ns } else { 0 };
@@ -259,8 +260,19 @@ impl CausalEstimator {
         self.is_repeat = false;
         if let Some(last) = beside {
             self.plausibility.forget_findings();
-            last.ok_or(SampleError::UnknownSensor)?.take(sample)?;
-            self.plausibility.follow_number(sample);
+            let last = last.ok_or(SampleError::UnknownSensor)?;
+            last.take(sample)?;
+            let of_sensor = (self.repeats.iter_mut()).find(|(sensor, _)| *sensor == sample.sensor);
+            if let Some((_, repeats)) = of_sensor {
+                self.is_repeat = repeats.take(sample.stamp_ns, sample.values);
+                if !self.is_repeat {
+                    let is_sound = self.plausibility.step_number(sample);
+                    repeats.judge(is_sound);
+                    if !is_sound {
+                        last.forget_value();
+                    }
+                }
+            }
             return Ok(());
         }
         let mut measured = std::mem::take(&mut self.measured);
@@ -420,10 +432,15 @@ impl CausalEstimator {
         if self.plausibility.is_contradicted() {
             self.estimate.reasons.add(Reason::Contradiction);
         }
-        self.estimate.shown = self.plausibility.shown();
         self.estimate.rotates = self.rotation.falls(time_ns);
         let supports = self.supports.as_mut();
         self.estimate.stands_on = supports.map(|supports| supports.at(machine, time_ns));
+        let stands_on = self.estimate.stands_on.and_then(Result::ok);
+        let is_idle = |signal: usize| {
+            let on = stands_on.zip(self.supports.as_ref());
+            on.is_some_and(|(set, supports)| supports.is_idle(machine, signal, set))
+        };
+        self.estimate.shown = self.plausibility.shown(&is_idle);
         for (value, last) in self.estimate.measured_loads.iter_mut().zip(&self.loads) {
             *value = last.near(time_ns, max_gap_ns);
         }
@@ -477,6 +494,12 @@ impl CausalEstimator {
     }
 }
 
+/// Whether a sensor tells a state or a command, which nothing but a person changes.
+fn tells_what_is_asked(sensor: Sensor) -> bool {
+    let kinds = [NumberKind::Switch, NumberKind::Command];
+    matches!(sensor, Sensor::Number(kind, _) if kinds.contains(&kind))
+}
+
 /// The last sample of a number: its stamp (ns) and value.
 #[derive(Debug, Clone, Copy, Default)]
 struct LastSample(Option<(i64, f64)>);
@@ -503,6 +526,11 @@ impl LastSample {
             true => Ok(()),
             false => Err(SampleError::NotFinite),
         }
+    }
+
+    /// Its value is not used.
+    fn forget_value(&mut self) {
+        self.0 = self.0.map(|(stamp_ns, _)| (stamp_ns, f64::NAN));
     }
 
     /// Its finite value, if it is of about this time; else NaN.

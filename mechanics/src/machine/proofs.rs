@@ -130,7 +130,8 @@ impl Proof {
             }
             Self::Supports => "set and raise each support, and compare what is read (commission)".into(),
             Self::Ground => {
-                "state contact.ground = \"plane\" in the machine file where it is, or measure loads".into()
+                "state contact.ground = \"plane\" in the machine file where it is, or measure the load of every \
+                 support".into()
             }
             Self::Joint(index) => format!(
                 "stand, and move {} alone by a good part of its range; if it is commissioned, it has not changed since the session \
@@ -224,10 +225,11 @@ pub struct SessionProofs {
     /// Proven by the motion.
     pub proven: Proofs,
     /// Signals that have shown one value only since the first sample, but for switches. So reads an encoder that stopped before, or
-    /// that nobody reads: whatever a commissioning has proven of it, this session has not shown that it is measured.
+    /// that nobody reads: whatever a commissioning has proven of it, this session has not shown that it is measured. A force or a
+    /// mass that has repeated one value for so long that nothing shows any more that it is measured is among them.
     pub unchanged: Proofs,
-    /// What the motion makes unlikely, without contradicting it for sure: whatever a commissioning has proven of it before, its sensors
-    /// may be others since.
+    /// What the motion makes unlikely, without contradicting it for sure, and what nothing but a person says since it failed: whatever a
+    /// commissioning has proven of it before, its sensors may be others since.
     pub disputed: Proofs,
     /// Joints whose position is exactly zero.
     pub at_zero: Proofs,

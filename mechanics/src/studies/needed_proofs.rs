@@ -10,7 +10,7 @@ use super::self_equilibrated::self_equilibrated_loads;
 use super::static_posture::resting_state;
 use crate::evaluate::evaluation::evaluate;
 use crate::evaluate::workspace::Workspace;
-use crate::machine::{Ground, Machine, Proof, Proofs};
+use crate::machine::{ForceSource, Ground, Machine, Proof, Proofs, SupportId};
 use crate::state::{Sensors, State};
 
 /// Change of a wheel's load that matters, as a share of its static load. The lowest threshold of a verdict leaves a quarter.
@@ -48,7 +48,11 @@ impl Machine {
         }
         // of supports that come and go each set is another machine
         let mut trial = (!self.supports().vary()).then(|| Trial::of(self));
-        if trial.as_mut().is_none_or(Trial::assumes_ground) {
+        let is_plane = self.contact().ground == Ground::Plane;
+        // what presses how much into plane ground is known of all supports together, or of none
+        let is_stiff = self.contact().tyres_deflect || !self.supports().vary();
+        let is_known = (is_plane && is_stiff) || self.measures_each_support(sensors);
+        if !is_known && trial.as_mut().is_none_or(Trial::leaves_split_open) {
             needed.add(Proof::Ground);
         }
         for (joint, it) in self.joints().iter().enumerate() {
@@ -59,6 +63,20 @@ impl Machine {
             }
         }
         needed
+    }
+
+    /// Whether these sensors measure the load of every support: no set of them leaves the split of the load open.
+    fn measures_each_support(&self, sensors: &Sensors) -> bool {
+        let joints = &self.contact().actuated_joints;
+        let mut ids = self.supports().ids();
+        let is_measured = |id: SupportId| {
+            let mut signals = sensors.actuators.iter();
+            signals.any(|signal| match joints[signal.joint].source {
+                ForceSource::Support { support, .. } => support == id,
+                ForceSource::Linkage(_) => false,
+            })
+        };
+        ids.all(is_measured)
     }
 }
 
@@ -82,11 +100,8 @@ impl Trial {
         }
     }
 
-    /// Whether equilibrium leaves the split of the load open and nothing states or measures how the ground lies.
-    fn assumes_ground(&mut self) -> bool {
-        if self.machine.contact().ground == Ground::Plane {
-            return false;
-        }
+    /// Whether equilibrium leaves the split of the load open.
+    fn leaves_split_open(&mut self) -> bool {
         evaluate(&self.machine, &self.state, &mut self.workspace);
         let is_solved = self.workspace.outcome.otf.iter().all(|otf| otf.is_finite());
         !is_solved || !self_equilibrated_loads(&self.workspace).is_empty()

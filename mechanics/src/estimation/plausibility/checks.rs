@@ -20,6 +20,9 @@ pub struct Plausibility {
     rules: Rules,
     has_imu: bool,
     findings: Vec<Finding>,
+    /// Signals that a person trusts, and what the motion had proven by then.
+    trusted: Proofs,
+    proven_before_trust: Proofs,
     /// Whether a lasting contradiction was found, and whether one is remembered from a session before.
     has_found_contradiction: bool,
     remembers_contradiction: bool,
@@ -36,6 +39,8 @@ impl Plausibility {
             rules: Rules::of(machine),
             has_imu: sensors.imu,
             findings: room_for_findings(sensors),
+            trusted: Proofs::NONE,
+            proven_before_trust: Proofs::NONE,
             has_found_contradiction: false,
             remembers_contradiction: false,
         }
@@ -120,8 +125,12 @@ impl Plausibility {
         self.signals.known_positions()
     }
 
-    /// A person trusts these signals as they are now.
+    /// A person trusts these signals as they are now. A joint that has stopped and still repeats itself stays doubted: it is not
+    /// mended. What nothing but a person says is not proven before the motion shows it.
     pub fn trust(&mut self, signals: Proofs) {
+        let signals = signals.without(self.signals.repeating());
+        self.trusted = self.trusted.with(signals);
+        self.proven_before_trust = self.relations.proven();
         self.signals.trust(signals);
         self.relations.trust(signals);
         if signals.has(Proof::SpecificForce) {
@@ -129,13 +138,16 @@ impl Plausibility {
         }
     }
 
-    /// What the samples so far have shown of the sensors.
+    /// What the samples so far have shown of the sensors. `is_idle` tells of signals of actuators that no load hangs on now.
     #[must_use]
-    pub fn shown(&self) -> SessionProofs {
+    pub fn shown(&self, is_idle: &dyn Fn(usize) -> bool) -> SessionProofs {
+        let unchanged = self.signals.unchanged(is_idle);
+        let proven = self.relations.proven();
+        let trusted = (self.trusted).without(proven.without(self.proven_before_trust));
         SessionProofs {
-            proven: self.relations.proven(),
-            unchanged: self.signals.unchanged(),
-            disputed: self.relations.disputed(),
+            proven,
+            unchanged: unchanged.with(self.signals.silent(is_idle)),
+            disputed: self.relations.disputed().with(trusted),
             at_zero: self.signals.at_zero(),
         }
     }
@@ -157,9 +169,12 @@ impl Plausibility {
         self.findings.clear();
     }
 
-    /// Follows a number of which the state is not estimated.
-    pub(in crate::estimation) fn follow_number(&mut self, sample: &Sample<'_>) {
-        self.signals.follow_number(sample);
+    /// Checks a sample of a number of which the state is not estimated; whether it may be used.
+    pub(in crate::estimation) fn step_number(&mut self, sample: &Sample<'_>) -> bool {
+        self.findings.clear();
+        self.signals.check_number(sample, &mut self.findings);
+        let forbids = |finding: &Finding| finding.policy == Policy::Invalid;
+        !self.findings.iter().any(forbids)
     }
 
     /// Checks a sample; [`Self::findings`] returns the faults found.

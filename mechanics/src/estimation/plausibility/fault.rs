@@ -2,7 +2,7 @@
 
 use super::explanation::Explanation;
 use crate::machine::{FaultKind, Machine, Policy};
-use crate::state::{Reason, Sensor};
+use crate::state::{NumberKind, Reason, Sensor};
 
 /// The part of a sample that is judged separately.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -37,6 +37,8 @@ pub enum Part {
     ToolMoment,
     /// Actuator force of the actuated joint with this index, or a pressure in its cylinder.
     Actuator(usize),
+    /// The number of a load sensor or of what tells the mass of a payload.
+    Number,
 }
 
 /// What the angular velocity about the vertical is compared with.
@@ -119,6 +121,17 @@ impl Finding {
     }
 }
 
+/// The name of a number in events.
+fn subject_of_number(sensor: Sensor, machine: &Machine) -> String {
+    match sensor {
+        Sensor::Number(NumberKind::Load, index) => {
+            format!("load.{}", machine.load_sensors()[index].name)
+        }
+        Sensor::Number(NumberKind::Payload, index) => format!("payload_signal.{index}"),
+        _ => "number".into(),
+    }
+}
+
 /// Possible error of a signal: one standard deviation.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Amount {
@@ -162,6 +175,7 @@ impl Part {
             Self::Rolling => return "odometry.velocity against the wheels".into(),
             Self::ToolForce => "force",
             Self::ToolMoment => "moment",
+            Self::Number => return subject_of_number(sensor, machine),
             Self::Actuator(joint) => {
                 let joint = &machine.contact().actuated_joints[joint];
                 let name = joint.name(machine.linkages());
@@ -226,6 +240,8 @@ impl Part {
             Self::Velocity | Self::Drive => ["m/s", "m/s^2"],
             Self::ToolForce => ["N", "N/s"],
             Self::ToolMoment => ["N m", "N m/s"],
+            // in whichever unit it is measured
+            Self::Number => ["-", "-"],
             Self::Actuator(joint)
                 if machine.contact().actuated_joints[joint].signals.len() == 1 =>
             {
@@ -263,6 +279,8 @@ impl Part {
             (Sensor::Imu, _) => Some(Reason::ImuFault),
             (Sensor::Odometry, _) => (!has_imu).then_some(Reason::OdometryFault),
             (Sensor::ToolWrench, _) => Some(Reason::ToolWrenchFault),
+            // without the mass of its payload a machine has no loads
+            (Sensor::Number(NumberKind::Payload, _), _) => Some(Reason::ToolWrenchFault),
             // Without an actuator's force the split rule applies. What else tells a number is missing or not.
             (Sensor::Number(..), _) => None,
         }
@@ -283,7 +301,8 @@ impl Part {
             | Self::Velocity
             | Self::ToolForce
             | Self::ToolMoment
-            | Self::Actuator(_) => 0,
+            | Self::Actuator(_)
+            | Self::Number => 0,
             Self::AngularVelocity => 1,
             Self::Attitude => 2,
         }

@@ -16,6 +16,9 @@ const RESOLVED: f64 = 1.75;
 /// evenly, but at every sample.
 const FEWEST_CHANGES: u64 = 64;
 const LEAST_REPEATS: f64 = 0.03;
+/// A run of fewer samples than usual shows nothing more where it lasts so long (ns), with at least so many samples.
+const LONG_NS: f64 = 1e9;
+const FEWEST_REPEATS: u32 = 10;
 /// A step is at least this share of the signal's spread. At rest, a number without noise flickers by its last bit.
 const LEAST_STEP: f64 = 1e-3;
 
@@ -25,6 +28,9 @@ const LEAST_STEP: f64 = 1e-3;
 /// Repetition therefore counts only if the signal was noisy before (judged by the fraction of turning points,
 /// which is independent of the noise amplitude) or while another signal detects motion. That of a sensor whose step is wider
 /// than its noise never counts: a motion elsewhere may move it by less than a step.
+///
+/// Of a signal that may rest while others move, as a force or a mass, motion elsewhere is no proof that it is frozen. But for as long
+/// as it rests, nothing shows that it is measured: see [`Freeze::is_silent`].
 #[derive(Debug, Clone)]
 pub(super) struct Freeze {
     last: [f64; 4],
@@ -35,6 +41,9 @@ pub(super) struct Freeze {
     /// Number of repeated samples during which motion was detected elsewhere.
     moving: u32,
     turning_share: f64,
+    /// The same of samples while nothing moved elsewhere, and their number: its own noise, which no motion drowns or makes.
+    turning_share_at_rest: f64,
+    samples_at_rest: u64,
     /// Running mean and sum of squared deviations, for the spread of the signal.
     mean: [f64; 4],
     squares: [f64; 4],
@@ -42,6 +51,11 @@ pub(super) struct Freeze {
     resolution: f64,
     change: f64,
     repeats: f64,
+    /// Whether motion elsewhere does not show that it is frozen.
+    may_rest: bool,
+    /// Whether it shows exactly zero where nothing is measured.
+    has_stop: bool,
+    is_silent: bool,
     /// Whether the sensor went from step to step by the last changes, and by enough of them at some time.
     steps: bool,
     is_coarse: bool,
@@ -57,14 +71,44 @@ impl Freeze {
             run_since_ns: 0,
             moving: 0,
             turning_share: 0.0,
+            turning_share_at_rest: 0.0,
+            samples_at_rest: 0,
             mean: [0.0; 4],
             squares: [0.0; 4],
             resolution: f64::INFINITY,
             change: 0.0,
             repeats: 0.0,
+            may_rest: false,
+            has_stop: false,
+            is_silent: false,
             steps: false,
             is_coarse: false,
         }
+    }
+
+    /// Of a signal that may rest while others move.
+    pub(super) fn may_rest(mut self) -> Self {
+        self.may_rest = true;
+        self
+    }
+
+    /// Of a signal that may rest while others move, and shows exactly zero where there is nothing: a scale that finds its zero, a load
+    /// of a support that cannot pull.
+    pub(super) fn may_rest_at_zero(self) -> Self {
+        let mut freeze = self.may_rest();
+        freeze.has_stop = true;
+        freeze
+    }
+
+    /// Whether it has repeated itself for so long that nothing shows any more that it is measured: its own noise is missing, or it
+    /// should have answered to motion elsewhere.
+    pub(super) fn is_silent(&self) -> bool {
+        self.is_silent
+    }
+
+    /// Whether it has shown a value.
+    pub(super) fn was_given(&self) -> bool {
+        self.samples > 0
     }
 
     /// Whether it has shown two values.
@@ -105,12 +149,31 @@ impl Freeze {
             self.moving += u32::from(moves_elsewhere);
             self.repeats += STEP_WEIGHT * (1.0 - self.repeats);
         } else {
-            self.see(values);
+            self.see(values, moves_elsewhere);
             (self.run, self.run_since_ns, self.moving) = (1, stamp_ns, 0);
+            self.is_silent = false;
         }
-        let was_noisy = self.turning_share >= NOISY_SHARE && self.samples >= u64::from(limit);
+        let is_noisy =
+            |share: f64, samples: u64| share >= NOISY_SHARE && samples >= u64::from(limit);
         let moves = self.moving >= self.run / 2;
-        let counts = (was_noisy || moves) && !self.is_coarse();
+        let was_noisy = match self.may_rest {
+            false => is_noisy(self.turning_share, self.samples),
+            // what shook a force or a mass may have ended
+            true => {
+                is_noisy(self.turning_share_at_rest, self.samples_at_rest)
+                    || (moves && is_noisy(self.turning_share, self.samples))
+            }
+        };
+        let lasted_ns = stamp_ns.saturating_sub(self.run_since_ns);
+        let is_long = |run: u32, ns: f64| run >= limit || (run >= FEWEST_REPEATS && ns >= LONG_NS);
+        let (run_ns, moving) = (lasted_ns as f64, self.moving);
+        let moved_ns = run_ns * f64::from(moving) / f64::from(self.run);
+        let at_stop = self.has_stop && values.iter().all(|value| *value == 0.0);
+        let is_missed = was_noisy && !self.is_coarse() && !at_stop;
+        let says_nothing = (is_missed && is_long(self.run, run_ns)) || is_long(moving, moved_ns);
+        // a rest after it shows nothing either
+        self.is_silent |= self.may_rest && says_nothing;
+        let counts = is_missed || (moves && !self.may_rest && !self.is_coarse());
         (self.run >= limit && counts).then_some(self.run_since_ns)
     }
 
@@ -126,7 +189,7 @@ impl Freeze {
         self.squares.iter().copied().fold(0.0, f64::max).sqrt() / count.sqrt()
     }
 
-    fn see(&mut self, values: &[f64]) {
+    fn see(&mut self, values: &[f64], moves_elsewhere: bool) {
         self.samples += 1;
         let count = self.samples as f64;
         let mut turns = 0.0;
@@ -143,6 +206,10 @@ impl Freeze {
         }
         let share = turns / values.len() as f64;
         self.turning_share += NOISE_WEIGHT * (share - self.turning_share);
+        if !moves_elsewhere {
+            self.samples_at_rest += 1;
+            self.turning_share_at_rest += NOISE_WEIGHT * (share - self.turning_share_at_rest);
+        }
         // NaN: the first one
         if change > 0.0 {
             self.follow_steps(change);
@@ -165,7 +232,10 @@ mod tests {
     use super::*;
 
     fn frozen(before: impl Fn(usize) -> f64, moves: bool) -> Option<usize> {
-        let mut freeze = Freeze::new();
+        frozen_of(&mut Freeze::new(), before, moves)
+    }
+
+    fn frozen_of(freeze: &mut Freeze, before: impl Fn(usize) -> f64, moves: bool) -> Option<usize> {
         (0..800_usize).find(|&k| {
             let value = before(k.min(400));
             freeze
@@ -212,6 +282,69 @@ mod tests {
         };
         assert_eq!(frozen(stops, false), None);
         assert_eq!(frozen(stops, true), None);
+    }
+
+    #[test]
+    fn a_signal_that_may_rest_is_silent_while_something_moves() {
+        // how it was before, whether something moves, and whether it is frozen and silent then
+        type Before = fn(usize) -> f64;
+        let smooth: Before = |k| (k as f64 * 0.01).sin();
+        let coarse: Before = |k| in_steps(7.5 + 0.6 * (noise(k) - 0.5));
+        for (before, moves, expected) in [
+            (smooth, false, [false, false]),
+            (smooth, true, [false, true]),
+            (coarse, false, [false, false]),
+            (coarse, true, [false, true]),
+            (noise as Before, false, [true, true]),
+        ] {
+            let mut freeze = Freeze::new().may_rest();
+            let is_frozen = frozen_of(&mut freeze, before, moves).is_some();
+            assert_eq!([is_frozen, freeze.is_silent()], expected);
+            // whatever moves or rests afterwards
+            let last = freeze.last;
+            (800..2000).for_each(|k| _ = freeze.since(k, &last[..3], false, 100));
+            assert_eq!(freeze.is_silent(), expected[1]);
+            // until it shows that it is measured
+            let _ = freeze.since(2000, &[9.0, -9.0, 4.5], moves, 100);
+            assert!(!freeze.is_silent());
+        }
+    }
+
+    #[test]
+    fn noise_of_a_force_counts_for_as_long_as_what_makes_it() {
+        // noise at rest, then a motion that drowns it, or that makes it
+        let drowned = |k: usize| match k {
+            0..200 => noise(k),
+            k => noise(200) + 10.0 * (k - 200) as f64,
+        };
+        let shaken = |k: usize| in_steps(5.0 * noise(k));
+        let is_frozen = |before: &dyn Fn(usize) -> f64, moved: bool, moves: bool| {
+            let mut freeze = Freeze::new().may_rest();
+            (0..600_usize).any(|k| {
+                let moves = match k {
+                    0..200 => moved,
+                    200..400 => true,
+                    _ => moves,
+                };
+                let value = [before(k.min(400))];
+                freeze.since(k as i64, &value, moves, 100).is_some()
+            })
+        };
+        assert!(is_frozen(&drowned, false, false));
+        assert!(!is_frozen(&shaken, true, false), "the motion is over");
+        assert!(is_frozen(&shaken, true, true));
+    }
+
+    #[test]
+    fn zero_is_where_a_load_rests() {
+        let lifted = |k: usize| if k < 400 { noise(k) } else { 0.0 };
+        for moves in [false, true] {
+            let mut freeze = Freeze::new().may_rest_at_zero();
+            assert_eq!(frozen_of(&mut freeze, lifted, moves), None);
+            assert_eq!(freeze.is_silent(), moves);
+        }
+        let mut freeze = Freeze::new().may_rest_at_zero();
+        assert_eq!(frozen_of(&mut freeze, noise, false), Some(499));
     }
 
     #[test]

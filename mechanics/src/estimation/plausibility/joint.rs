@@ -181,6 +181,12 @@ impl JointWatch {
         self.frozen.is_some() || (contradicts_rate && !self.limits.spins_wheel)
     }
 
+    /// Whether it was found to have stopped since the first sample, and still repeats itself.
+    pub(super) fn still_repeats(&self) -> bool {
+        let was_before = self.frozen.is_some_and(|frozen| frozen.was_before);
+        self.is_frozen() && !was_before && self.run >= FEWEST_IDENTICAL
+    }
+
     /// It had stopped to be measured when the session before ended.
     pub(super) fn remember_frozen(&mut self) {
         self.frozen = Some(Frozen {

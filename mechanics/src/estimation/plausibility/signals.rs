@@ -7,12 +7,13 @@ use super::attitude::AttitudeWatch;
 use super::explanation::Explanation;
 use super::false_alarms;
 use super::fault::{Finding, Part};
+use super::freeze::Freeze;
 use super::gravity::GravityWatch;
 use super::joint::{JointLimits, JointWatch};
 use super::notice::{Note, Notice, Rules};
 use super::signal_doubt::{KnownPosition, SignalDoubt};
 use super::vector::{Slew, VectorWatch};
-use crate::machine::{FaultKind, Machine, Proof, Proofs, SignalSpec};
+use crate::machine::{FaultKind, ForceSource, Machine, PayloadQuantity, Proof, Proofs, SignalSpec};
 use crate::state::{NumberKind, Sample, SampleError, Sensor, Sensors, tilt_is_measured};
 
 /// Allowance for noise and stamp jitter in the change of an angular velocity (rad/s) and of a velocity (m/s).
@@ -56,8 +57,8 @@ pub(in crate::estimation) struct SignalChecks {
     tool: [VectorWatch; 2],
     /// By signal.
     actuators: Vec<VectorWatch>,
-    /// By signal of [`Machine::payload_signals`]: its first finite value, and whether another one has followed.
-    payloads: Vec<(Option<f64>, bool)>,
+    /// The load sensors and the signals of payloads.
+    numbers: Vec<(Sensor, Freeze)>,
     motion: Motion,
 }
 
@@ -141,22 +142,30 @@ impl SignalChecks {
             tool: [
                 VectorWatch::new(spec.tool_force_max.unwrap_or(largest_force), None)
                     .with_outliers(harmless_tool)
-                    .of_numbers(tool.map(|tool| &tool.force)),
+                    .of_numbers(tool.map(|tool| &tool.force))
+                    .may_rest(),
                 VectorWatch::new(
                     spec.tool_moment_max.unwrap_or(largest_force * TOOL_LEVER),
                     None,
                 )
                 .with_outliers(harmless_tool * TOOL_LEVER)
-                .of_numbers(tool.map(|tool| &tool.moment)),
+                .of_numbers(tool.map(|tool| &tool.moment))
+                .may_rest(),
             ],
             actuators: (sensors.actuators.iter())
                 .map(|signal| {
                     let joint = &machine.contact().actuated_joints[signal.joint];
                     let factor = joint.signals[signal.signal].abs();
-                    VectorWatch::new(ACTUATOR_WEIGHTS * weight / factor, None)
+                    let freeze = match joint.source {
+                        ForceSource::Support { .. } => Freeze::new().may_rest_at_zero(),
+                        ForceSource::Linkage(_) => Freeze::new().may_rest(),
+                    };
+                    VectorWatch::new(ACTUATOR_WEIGHTS * weight / factor, None).of_one_number(freeze)
                 })
                 .collect(),
-            payloads: vec![(None, false); machine.payload_signals().len()],
+            numbers: (sensors.all())
+                .filter_map(|sensor| Some((sensor, rest_of_number(machine, sensor)?)))
+                .collect(),
             motion: Motion::default(),
             sensors: sensors.clone(),
         }
@@ -193,22 +202,25 @@ impl SignalChecks {
             Sensor::Number(NumberKind::Actuator, signal) => {
                 self.check_actuator(signal, sample, findings)
             }
-            // a number without a scale, which may jump
             Sensor::Number(..) => {
-                self.follow_number(sample);
+                self.check_number(sample, findings);
                 Sound::default()
             }
         })
     }
 
-    /// Follows whether a signal of payloads is measured. Nothing else is known of a number without a scale.
-    pub(super) fn follow_number(&mut self, sample: &Sample<'_>) {
-        if let Sensor::Number(NumberKind::Payload, signal) = sample.sensor
-            && let Some((first, has_changed)) = self.payloads.get_mut(signal)
-            && let [value] = *sample.values
-            && value.is_finite()
-        {
-            *has_changed |= *first.get_or_insert(value) != value;
+    /// Whether a load sensor or a signal of payloads is measured. Nothing else is known of a number without a scale, which may jump.
+    pub(super) fn check_number(&mut self, sample: &Sample<'_>, findings: &mut Vec<Finding>) {
+        let mut numbers = self.numbers.iter_mut();
+        let number = numbers.find(|(sensor, _)| *sensor == sample.sensor);
+        let Some((_, freeze)) = number.filter(|_| sample.values.iter().all(|it| it.is_finite()))
+        else {
+            return;
+        };
+        let (stamp_ns, Rules { limits, policies }) = (sample.stamp_ns, &self.rules);
+        let moves = self.motion.joints;
+        if let Some(notice) = freeze.notice(stamp_ns, sample.values, moves, limits) {
+            Note::new(findings, policies, sample).of(Part::Number)(notice);
         }
     }
 
@@ -216,6 +228,12 @@ impl SignalChecks {
     pub(super) fn frozen(&self) -> impl Iterator<Item = SignalDoubt> {
         let joints = self.watched_joints().filter(|(watch, _)| watch.is_frozen());
         joints.map(|(_, joint)| SignalDoubt::frozen(joint))
+    }
+
+    /// The joints that have stopped, and still repeat themselves.
+    pub(super) fn repeating(&self) -> Proofs {
+        let joints = self.watched_joints().filter(|(it, _)| it.still_repeats());
+        joints.map(|(_, joint)| Proof::Joint(joint)).collect()
     }
 
     /// A joint had stopped to be measured when the session before ended.
@@ -275,34 +293,45 @@ impl SignalChecks {
         streams.flat_map(|(watches, stream)| watches.iter().zip(stream.joints.iter().copied()))
     }
 
-    /// The signals that have shown one value only so far. A switch does so rightly, and a standing machine's odometry.
-    pub(in crate::estimation) fn unchanged(&self) -> Proofs {
+    /// The signals that have shown one value only so far. A switch does so rightly, and a standing machine's odometry. `is_idle` tells
+    /// of signals of actuators that no load hangs on.
+    pub(in crate::estimation) fn unchanged(&self, is_idle: &dyn Fn(usize) -> bool) -> Proofs {
+        let joints = self.watched_joints();
+        let joints = joints.filter(|(watch, _)| !watch.has_changed());
+        let joints = joints.map(|(_, joint)| Proof::Joint(joint));
+        let vectors = self.freezes(is_idle);
+        let vectors = vectors.filter(|(freeze, _)| !freeze.has_changed());
+        joints.chain(vectors.map(|(_, proof)| proof)).collect()
+    }
+
+    /// The signals of which nothing shows any more that they are measured, see [`Freeze::is_silent`].
+    pub(super) fn silent(&self, is_idle: &dyn Fn(usize) -> bool) -> Proofs {
+        let silent = self.freezes(is_idle).filter(|(it, _)| it.is_silent());
+        silent.map(|(_, proof)| proof).collect()
+    }
+
+    /// What is known of the repeats of signals but of joints, and what they prove.
+    fn freezes(&self, is_idle: &dyn Fn(usize) -> bool) -> impl Iterator<Item = (&Freeze, Proof)> {
         let of_imu = [
             (&self.force, Proof::SpecificForce),
             (&self.turning, Proof::AngularVelocity),
         ];
         let of_imu = of_imu.into_iter().filter(|_| self.sensors.imu);
         let of_tool = Some((&self.tool[0], Proof::ToolWrench)).filter(|_| self.sensors.tool_wrench);
-        let of_actuators = self
-            .actuators
-            .iter()
-            .map(|watch| (watch, Proof::ActuatorForces));
+        let of_actuators = self.actuators.iter().enumerate();
+        let of_actuators = of_actuators
+            .filter(|(signal, _)| !is_idle(*signal))
+            .map(|(_, watch)| (watch, Proof::ActuatorForces));
         let vectors = of_imu.chain(of_tool).chain(of_actuators);
-        let vectors = vectors.map(|(watch, proof)| (watch.has_changed(), proof));
-        let joints = self.watched_joints();
-        let joints = joints.map(|(watch, joint)| (watch.has_changed(), Proof::Joint(joint)));
-        let payloads = self
-            .sensors
-            .payload_signals
-            .iter()
-            .filter_map(|&signal| self.payloads.get(signal));
+        let vectors = vectors.map(|(watch, proof)| (watch.freeze(), proof));
+        // no load hangs on load sensors
+        let is_of_payload =
+            |sensor: &Sensor| matches!(sensor, Sensor::Number(NumberKind::Payload, _));
+        let numbers = self.numbers.iter();
+        // an estimator that takes none of their samples knows nothing of them
         let payloads =
-            payloads.map(|(first, has_changed)| (*has_changed || first.is_none(), Proof::Payload));
-        let unchanged = joints
-            .chain(vectors)
-            .chain(payloads)
-            .filter(|(has_changed, _)| !has_changed);
-        unchanged.map(|(_, proof)| proof).collect()
+            numbers.filter(move |(sensor, freeze)| is_of_payload(sensor) && freeze.was_given());
+        vectors.chain(payloads.map(|(_, freeze)| (freeze, Proof::Payload)))
     }
 
     /// The joints whose position is exactly zero.
@@ -446,8 +475,8 @@ impl SignalChecks {
         let vectors = sample.values.chunks_exact(3);
         let mut is_credible = true;
         for ((watch, part), values) in self.tool.iter_mut().zip(parts).zip(vectors) {
-            // A constant force is legitimate: only vanishing noise counts.
-            is_credible &= watch.check(stamp_ns, values, false, limits, &mut note.of(part));
+            let moves = self.motion.joints;
+            is_credible &= watch.check(stamp_ns, values, moves, limits, &mut note.of(part));
         }
         Sound {
             whole: is_credible,
@@ -466,9 +495,25 @@ impl SignalChecks {
         let part = Part::Actuator(self.sensors.actuators[signal].joint);
         let along = [sample.values[0], 0.0, 0.0];
         let stamp_ns = sample.stamp_ns;
-        // The same as for the tool: a constant force is legitimate.
-        self.actuators[signal].check(stamp_ns, &along, false, limits, &mut note.of(part));
+        let moves = self.motion.joints;
+        self.actuators[signal].check(stamp_ns, &along, moves, limits, &mut note.of(part));
         Sound::default()
+    }
+}
+
+/// How a load sensor or a signal of payloads rests; `None` for other sensors.
+fn rest_of_number(machine: &Machine, sensor: Sensor) -> Option<Freeze> {
+    let freeze = Freeze::new();
+    match sensor {
+        Sensor::Number(NumberKind::Load, _) => Some(freeze.may_rest_at_zero()),
+        Sensor::Number(NumberKind::Payload, signal) => {
+            let quantity = machine.payload_signals().get(signal)?.quantity;
+            Some(match quantity {
+                PayloadQuantity::Mass(_) => freeze.may_rest_at_zero(),
+                _ => freeze.may_rest(),
+            })
+        }
+        _ => None,
     }
 }
 

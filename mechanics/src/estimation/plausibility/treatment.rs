@@ -146,7 +146,7 @@ impl RowEffect {
             | Part::Drive => {}
             Part::ToolForce | Part::ToolMoment => self.tool_wrench += doubt,
             // The accuracy of a force is stated in its linkage.
-            Part::Actuator(_) => {}
+            Part::Actuator(_) | Part::Number => {}
         }
     }
 

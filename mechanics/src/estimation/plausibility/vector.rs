@@ -61,6 +61,18 @@ impl VectorWatch {
         self
     }
 
+    /// Of a vector that may rest while others move: a constant force is legitimate.
+    pub(super) fn may_rest(mut self) -> Self {
+        self.freeze = self.freeze.may_rest();
+        self
+    }
+
+    /// Of a number, which comes first and rests like this.
+    pub(super) fn of_one_number(mut self, freeze: Freeze) -> Self {
+        (self.is_measured, self.freeze) = ([true, false, false], freeze);
+        self
+    }
+
     /// With checks for outliers, where a difference of samples up to `harmless` does no harm.
     pub(super) fn with_outliers(mut self, harmless: f64) -> Self {
         self.outliers = Some(Outliers::new(harmless));
@@ -84,9 +96,9 @@ impl VectorWatch {
         self.last_ns.is_none()
     }
 
-    /// Whether its value has ever changed. That of a sensor which stopped before the first sample has not.
-    pub(super) fn has_changed(&self) -> bool {
-        self.freeze.has_changed()
+    /// Whether it repeats itself.
+    pub(super) fn freeze(&self) -> &Freeze {
+        &self.freeze
     }
 
     /// Reports faults of a sample to `found`; returns whether it is credible by itself.
@@ -158,7 +170,13 @@ impl VectorWatch {
         if is_measured == [false; 3] {
             return true;
         }
-        let frozen = (self.freeze).notice(stamp_ns, values, moves_elsewhere, limits);
+        // what is constant beside them is no rest of theirs
+        let (mut measured, mut count) = ([0.0; 3], 0);
+        for (&value, _) in values.iter().zip(is_measured).filter(|(_, it)| *it) {
+            measured[count] = value;
+            count += 1;
+        }
+        let frozen = (self.freeze).notice(stamp_ns, &measured[..count], moves_elsewhere, limits);
         let axes = self.axes.as_mut();
         let sticks = axes.and_then(|axes| {
             axes.notice(stamp_ns, [x, y, z], is_measured, moves_elsewhere, limits)

@@ -65,7 +65,7 @@ pub(super) fn find_faults<S: SampleSource>(
                 shown: SessionProofs {
                     proven: compared.relations.proven(),
                     disputed: compared.relations.disputed(),
-                    unchanged: checked.checks.unchanged(),
+                    unchanged: checked.checks.unchanged(&|_| false),
                     at_zero: checked.checks.at_zero(),
                 },
                 reversed: compared.relations.reversed(),

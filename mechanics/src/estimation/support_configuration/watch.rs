@@ -157,6 +157,16 @@ impl SupportWatch {
         self.spans_from_ns = Some(start_ns);
     }
 
+    /// Whether a signal of an actuator measures the load of a support that is in the air while this set is on the ground, and something
+    /// else tells that it is.
+    #[must_use]
+    pub(crate) fn is_idle(&self, machine: &Machine, signal: usize, set: GroundSet) -> bool {
+        let support = self.loads_of.get(signal).copied().flatten();
+        let mut ids = machine.supports().ids();
+        let id = support.and_then(|support| ids.find(|id| id.index() == support));
+        id.is_some_and(|id| !set.has(id) && !matches!(self.watched[id.index()].told, Told::Load))
+    }
+
     /// Takes a sample; all but switches and measured loads of supports say nothing here.
     ///
     /// # Errors
