@@ -156,7 +156,7 @@ impl ComparedSamples<'_> {
             let findings = &mut self.findings;
             findings.clear();
             findings.extend_from_slice(&batch.findings[checked.findings.clone()]);
-            (self.relations).step(&sample, checked.sound, findings);
+            (self.relations).step(&sample, checked.sound, true, findings);
             self.spans.take(sample.sensor, sample.stamp_ns, findings);
             let lacks_a_value = findings.iter().any(Finding::lacks_a_value);
             if lacks_a_value || !Judgement::of(findings).is_clean() {
