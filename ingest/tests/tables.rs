@@ -969,6 +969,7 @@ fn what_has_no_reader_is_refused_with_the_way_out() {
         ),
         (b"[{\"time\":1,\"x\":2},{\"time\":2,\"x\":3}]", "jq"),
         (b"{\n  \"time\": 1\n}\n", "jq"),
+        (b"{\"boom\":1,\"az\":2}\n{\"boom\":2,\"az\":3}\n", "jq"),
         (
             b"Time,Channel,ID,Flags,DLC,Data0\n0.5,0,257,0,1,10\n",
             "candump",

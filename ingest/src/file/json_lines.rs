@@ -15,12 +15,13 @@ const MOST_COLUMNS: usize = 4096;
 /// Elements of an array that are columns.
 const MOST_ELEMENTS: usize = 64;
 
-/// Whether a text begins with a line that is an object.
-pub(super) fn is_first_line(beginning: &[u8], is_whole: bool) -> bool {
-    let mut lines = beginning.split_inclusive(|&byte| byte == b'\n');
-    let first = lines.find(|line| !line.trim_ascii().is_empty());
+/// Whether a text begins with a line that is an object. An object alone describes something: it is no row of a log.
+pub(super) fn is_beginning(beginning: &[u8], is_whole: bool) -> bool {
+    let lines = beginning.split_inclusive(|&byte| byte == b'\n');
+    let mut lines = lines.filter(|line| !line.trim_ascii().is_empty());
+    let first = lines.next().filter(|line| line.ends_with(b"\n"));
     first.is_some_and(|line| {
-        (is_whole || line.ends_with(b"\n")) && cells_of(line).is_some_and(|cells| cells.len() > 1)
+        (!is_whole || lines.next().is_some()) && cells_of(line).is_some_and(|cells| cells.len() > 1)
     })
 }
 
@@ -192,7 +193,7 @@ mod tests {
     fn objects_become_rows_in_the_order_of_their_keys() {
         let text = b"{\"ts\":1700000000000000001,\"imu\":{\"az\":9.81,\"q\":[1,0.5]},\"on\":true}\n\nbad, line\n\
                      {\"ts\":1.5e9,\"boom\":null,\"text\":\"a, b\"}";
-        assert!(is_first_line(text, true));
+        assert!(is_beginning(text, true));
         let mut table = Vec::new();
         recode(&mut Cursor::new(text), &mut table).unwrap();
         assert_eq!(
@@ -200,8 +201,10 @@ mod tests {
             "ts,imu.az,imu.q[0],imu.q[1],on,boom,text\n1700000000000000001,9.81,1,0.5,true,,\n\
              \"bad, line\"\n1500000000,,,,,,\"a, b\"\n"
         );
-        assert!(!is_first_line(b"[{\"ts\":1}]\n", true));
-        assert!(!is_first_line(b"{\n\"ts\":1}\n", true));
-        assert!(!is_first_line(b"{\"ts\":1,\"x\"", false));
+        assert!(!is_beginning(b"[{\"ts\":1}]\n", true));
+        assert!(!is_beginning(b"{\n\"ts\":1}\n", true));
+        assert!(!is_beginning(b"{\"ts\":1,\"x\"", false));
+        assert!(!is_beginning(b"{\"ts\":1,\"x\":2}\n", true));
+        assert!(is_beginning(b"{\"ts\":1,\"x\":2}\n{\"ts", true));
     }
 }

@@ -1,10 +1,7 @@
 //! Texts that are read through a private copy in another form: those in UTF-16, and those that are a table or frames in other
 //! words.
 
-use std::{
-    borrow::Cow,
-    io::{self, BufRead, Read, Seek, Write},
-};
+use std::io::{self, BufRead, Read, Seek, Write};
 
 use tipwatch_language::word;
 
@@ -28,7 +25,7 @@ impl Recoding {
     pub(super) fn of(first_bytes: &[u8], is_whole: bool) -> Option<Self> {
         if let Some(order) = Utf16::of(first_bytes) {
             Some(Self::Utf16(order))
-        } else if json_lines::is_first_line(first_bytes, is_whole) {
+        } else if json_lines::is_beginning(first_bytes, is_whole) {
             Some(Self::JsonLines)
         } else if annotated_csv::is_beginning(first_bytes) {
             Some(Self::AnnotatedCsv)
@@ -40,23 +37,27 @@ impl Recoding {
     /// The format of what it becomes, if the first bytes need not tell.
     pub(super) fn format(self) -> Option<Format> {
         match self {
-            Self::Utf16(_) => None,
-            Self::JsonLines | Self::AnnotatedCsv => Some(Format::Csv),
+            Self::Utf16(_) | Self::JsonLines => None,
+            Self::AnnotatedCsv => Some(Format::Csv),
             Self::Frames(_) => Some(Format::Candump),
         }
     }
 
-    /// The first bytes of a text in UTF-16 as UTF-8.
-    pub(super) fn beginning(self, first_bytes: &[u8]) -> Cow<'_, [u8]> {
-        let Self::Utf16(order) = self else {
-            return first_bytes.into();
+    /// What the first bytes become, without the part of a character or a line that they end with.
+    pub(super) fn beginning(self, first_bytes: &[u8], is_whole: bool) -> Vec<u8> {
+        let end = match self {
+            Self::Utf16(_) => first_bytes.len() & !1,
+            _ if is_whole => first_bytes.len(),
+            _ => first_bytes
+                .iter()
+                .rposition(|&byte| byte == b'\n')
+                .map_or(0, |at| at + 1),
         };
         let mut text = Vec::new();
-        let whole_units = first_bytes.len() & !1;
-        let mut units = first_bytes.get(..whole_units).unwrap_or_default();
-        // writing to memory cannot fail
-        let _ = order.recode(&mut units, &mut text);
-        text.into()
+        let whole = first_bytes.get(..end).unwrap_or_default();
+        // reading from memory and writing to it cannot fail
+        let _ = self.recode(&mut io::Cursor::new(whole), &mut text);
+        text
     }
 
     pub(super) fn recode(
