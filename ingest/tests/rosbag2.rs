@@ -286,6 +286,22 @@ fn folder_without_a_single_log_is_refused() {
 }
 
 #[test]
+fn a_description_beside_a_log_is_no_second_log() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = joint_log(&Style::chunked(None), 1);
+    std::fs::write(folder.path().join("drive_0.mcap"), bytes).unwrap();
+    for description in [
+        "{\"machine\":\"x\",\"operator\":\"y\"}",
+        "{\"machine\":\"x\",\"created_at\":\"2026-11-14T22:13:20Z\"}\n",
+        "{\"machine\":\"x\",\"operator\":\"y\"}\n{\"machine\":\"z\",\"operator\":\"y\"}\n",
+    ] {
+        std::fs::write(folder.path().join("info.json"), description).unwrap();
+        let log = Log::open(folder.path()).unwrap();
+        assert_eq!(log.files().len(), 1, "{description}");
+    }
+}
+
+#[test]
 fn compressed_files_are_decompressed_elsewhere() {
     let folder = tempfile::tempdir().unwrap();
     let mut names = Vec::new();

@@ -13,8 +13,8 @@ use parquet::{
     schema::{parser::parse_message_type, types::Type},
 };
 use tipwatch_ingest::{
-    DateOrder, Error, FieldRequest, Log, ReadOptions, TableOptions, TimeUnit, record_fields,
-    topic_contents,
+    DateOrder, Error, FieldRequest, Log, LostPart, ReadOptions, TableOptions, TimeUnit,
+    record_fields, topic_contents,
 };
 
 use crate::support::TempLog;
@@ -914,6 +914,18 @@ fn lines_of_json_are_rows() {
     assert_eq!(field(&log, "az").1, [2.0, 4.0]);
 }
 
+#[test]
+fn lines_of_json_do_not_fill_the_disk_with_empty_cells() {
+    let keys: Vec<String> = (0..4000).map(|key| format!("\"c{key}\":1")).collect();
+    let row = "{\"ts\":1700000000.5,\"x\":1}\n".to_owned();
+    let wide = format!("{{\"ts\":1700000001.5,{}}}\n", keys.join(","));
+    let text = row + &wide + &"{\"c1\":1}\n".repeat(4000);
+    let (log, _file, _names) = fields(text.as_bytes());
+    let ranges = &log.losses().ranges;
+    let tail = ranges.iter().filter(|range| range.part == LostPart::Tail);
+    assert_eq!(tail.count(), 1, "{ranges:?}");
+}
+
 /// Of one signal in each row, Parquet has the names as texts, which are not read: the values of all would be one signal.
 #[test]
 fn signals_in_rows_of_parquet_are_refused() {
@@ -969,6 +981,7 @@ fn what_has_no_reader_is_refused_with_the_way_out() {
         ),
         (b"[{\"time\":1,\"x\":2},{\"time\":2,\"x\":3}]", "jq"),
         (b"{\n  \"time\": 1\n}\n", "jq"),
+        (b"{\"boom\":1,\"az\":2}\n{\"boom\":2,\"az\":3}\n", "jq"),
         (
             b"Time,Channel,ID,Flags,DLC,Data0\n0.5,0,257,0,1,10\n",
             "candump",

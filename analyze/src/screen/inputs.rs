@@ -27,7 +27,7 @@ const TRACE_ENDINGS: [&str; 4] = [".asc", ".trc", ".log", ".candump"];
 /// Those that say so themselves, also where the content is packed or in a bucket.
 const SURE_TRACE_ENDINGS: [&str; 2] = [".asc", ".trc"];
 /// File extensions of tables. A folder has others than those of logs, such as results.
-const TABLE_ENDINGS: [&str; 4] = [".csv", ".tsv", ".parquet", ".pq"];
+const TABLE_ENDINGS: [&str; 6] = [".csv", ".tsv", ".parquet", ".pq", ".jsonl", ".ndjson"];
 /// Enough to see a trace in a text.
 const BEGINNING_BYTES: u64 = 4096;
 /// Extensions added by whole-file compression.

@@ -10,7 +10,10 @@ use csv::StringRecord;
 use jiff::Timestamp;
 
 /// Columns that are no tags and no values.
-const OWN: [&str; 7] = ["", "result", "table", "_start", "_stop", "_time", "error"];
+const OWN: [&str; 6] = ["", "table", "_start", "_stop", "_time", "error"];
+/// Tags that are no group: the field, and the name of the query's result.
+const FIELD: &str = "_field";
+const RESULT: &str = "result";
 const ANNOTATIONS: [&str; 3] = ["#datatype", "#group", "#default"];
 
 /// Whether a text begins with an annotation.
@@ -30,6 +33,8 @@ pub(super) fn is_beginning(beginning: &[u8]) -> bool {
 struct Block {
     types: Vec<String>,
     groups: Vec<String>,
+    /// What empty cells mean.
+    defaults: Vec<String>,
     names: Vec<String>,
 }
 
@@ -44,18 +49,20 @@ impl Block {
             .is_none_or(|name| OWN.contains(&name.as_str()))
     }
 
-    /// What tells its series from others: the tags, measurement and field.
+    fn cell<'b>(&'b self, row: &'b StringRecord, at: usize) -> &'b str {
+        let default = || self.defaults.get(at).map_or("", String::as_str);
+        let cell = row.get(at).map(str::trim).filter(|cell| !cell.is_empty());
+        cell.unwrap_or_else(default)
+    }
+
+    /// What tells its series from others: the result, the tags, measurement and field. An empty tag is none.
     fn tags<'b>(&'b self, row: &'b StringRecord) -> impl Iterator<Item = (&'b str, &'b str)> {
-        let is_tag = |at: usize| {
-            self.groups.get(at).is_some_and(|group| group == "true") || self.names[at] == "_field"
-        };
+        let is_group = |at: usize| self.groups.get(at).is_some_and(|group| group == "true");
+        let is_tag =
+            move |at: usize| is_group(at) || matches!(self.names[at].as_str(), FIELD | RESULT);
         let tags = (0..self.names.len()).filter(move |&at| !self.is_own(at) && is_tag(at));
-        tags.map(|at| {
-            (
-                self.names[at].as_str(),
-                row.get(at).unwrap_or_default().trim(),
-            )
-        })
+        tags.map(|at| (self.names[at].as_str(), self.cell(row, at)))
+            .filter(|(_, value)| !value.is_empty())
     }
 
     /// The columns of values, with their names; that of `_value` is the field.
@@ -74,6 +81,61 @@ impl Block {
     }
 }
 
+/// What tells a series from others: its tags with their values, and the column of its values if that is not the field's.
+type Key = (Vec<(String, String)>, String);
+
+/// The names of series: the values of what differs. Where two would have one name, the tags stand before their values.
+fn names_of(series: &BTreeMap<Key, usize>) -> Vec<String> {
+    let value_of = |key: &Key, tag: &str| {
+        let found = key.0.iter().find(|(of, _)| of == tag);
+        found.map(|(_, value)| value.clone())
+    };
+    let differs = |tag: &str| {
+        let values: BTreeSet<Option<String>> =
+            series.keys().map(|key| value_of(key, tag)).collect();
+        values.len() > 1
+    };
+    let tags: BTreeSet<&str> = (series.keys().flat_map(|(tags, _)| tags))
+        .map(|(tag, _)| tag.as_str())
+        .filter(|tag| *tag != FIELD && differs(tag))
+        .collect();
+    let name = |(key, column): &Key, with_tags: bool| {
+        let parts = key.iter().filter(|(tag, _)| tags.contains(tag.as_str()));
+        let mut parts: Vec<String> = parts
+            .map(|(tag, value)| match with_tags {
+                true => format!("{tag}={value}"),
+                false => value.clone(),
+            })
+            .collect();
+        let field = key.iter().find(|(tag, _)| tag == FIELD);
+        parts.extend(field.map(|(_, field)| field.clone()));
+        parts.extend(Some(column.clone()).filter(|column| !column.is_empty()));
+        match parts.is_empty() {
+            true => "value".to_owned(),
+            false => parts.join("."),
+        }
+    };
+    let mut counts: BTreeMap<String, usize> = BTreeMap::new();
+    for key in series.keys() {
+        *counts.entry(name(key, false)).or_default() += 1;
+    }
+    let mut names = vec![String::new(); series.len()];
+    let mut taken: BTreeSet<String> = BTreeSet::new();
+    for (key, &at) in series {
+        let short = name(key, false);
+        let mut found = match counts.get(&short) {
+            Some(1) => short,
+            _ => name(key, true),
+        };
+        // a tag may contain what separates tags
+        while !taken.insert(found.clone()) {
+            found.push('\'');
+        }
+        names[at] = found;
+    }
+    names
+}
+
 /// A value of a series.
 struct Sample {
     time_ns: i64,
@@ -88,9 +150,7 @@ pub(super) fn recode(source: &mut dyn Read, target: &mut dyn Write) -> io::Resul
         .flexible(true)
         .from_reader(source);
     let mut block = Block::default();
-    // the values of each tag: only what differs is a part of the names
-    let mut tags: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
-    let mut series: BTreeMap<(Vec<(String, String)>, String), usize> = BTreeMap::new();
+    let mut series: BTreeMap<Key, usize> = BTreeMap::new();
     let mut samples: Vec<Sample> = Vec::new();
     let mut wrong: Vec<String> = Vec::new();
     let mut row = StringRecord::new();
@@ -121,6 +181,7 @@ pub(super) fn recode(source: &mut dyn Read, target: &mut dyn Write) -> io::Resul
             match first {
                 "#datatype" => block.types = cells(),
                 "#group" => block.groups = cells(),
+                "#default" => block.defaults = cells(),
                 _ => {}
             }
             continue;
@@ -142,11 +203,8 @@ pub(super) fn recode(source: &mut dyn Read, target: &mut dyn Write) -> io::Resul
             .tags(&row)
             .map(|(tag, value)| (tag.to_owned(), value.to_owned()))
             .collect();
-        for (tag, value) in &key {
-            tags.entry(tag.clone()).or_default().insert(value.clone());
-        }
         for (at, name) in block.values() {
-            let cell = row.get(at).unwrap_or_default().trim();
+            let cell = block.cell(&row, at);
             if !cell.is_empty() {
                 let count = series.len();
                 let series = *series
@@ -160,24 +218,7 @@ pub(super) fn recode(source: &mut dyn Read, target: &mut dyn Write) -> io::Resul
             }
         }
     }
-    let mut names = vec![String::new(); series.len()];
-    for ((key, column), at) in &series {
-        let differs =
-            |tag: &str| tag == "_field" || tags.get(tag).is_some_and(|values| values.len() > 1);
-        let parts = key
-            .iter()
-            .filter(|(tag, value)| tag != "_field" && differs(tag) && !value.is_empty());
-        let field = key.iter().filter(|(tag, _)| tag == "_field");
-        let mut parts: Vec<&str> = parts
-            .chain(field)
-            .map(|(_, value)| value.as_str())
-            .collect();
-        parts.extend(Some(column.as_str()).filter(|column| !column.is_empty()));
-        names[*at] = match parts.is_empty() {
-            true => "value".to_owned(),
-            false => parts.join("."),
-        };
-    }
+    let names = names_of(&series);
     samples.sort_by_key(|sample| sample.time_ns);
     let mut table = csv::WriterBuilder::new().flexible(true).from_writer(target);
     table.write_record(["time_ns", "signal", "value"])?;
@@ -234,5 +275,34 @@ mod tests {
             recoded(text),
             "time_ns,signal,value\n1000000000,a.boom,1\n1000000000,a.az,9\n1000000000,b.boom,2\n"
         );
+    }
+
+    #[test]
+    fn series_that_differ_have_names_that_differ() {
+        let block = |result: &str, tags: &str, rows: &str| {
+            let groups = "true,".repeat(tags.split(',').count());
+            format!(
+                "#group,false,false,false,false,{groups}true\n#default,{result},,,,,,\n,result,table,_time,_value,{tags},_field\n{rows}"
+            )
+        };
+        let row = |time: u32, tags: &str| format!(",,0,{time},{time},{tags},boom\n");
+        let names = |text: &str| -> Vec<String> {
+            let table = recoded(text);
+            let rows = table.lines().skip(1);
+            rows.map(|row| row.split(',').nth(1).unwrap().to_owned())
+                .collect()
+        };
+        let mean = block("mean", "x", &row(1, "a"));
+        let max = block("max", "x", &row(2, "a"));
+        assert_eq!(names(&(mean.clone() + &max)), ["mean.boom", "max.boom"]);
+        assert_eq!(names(&mean), ["boom"]);
+        let tags = block("", "x,y", &(row(1, ",1") + &row(2, "1,")));
+        assert_eq!(names(&tags), ["y=1.boom", "x=1.boom"]);
+        // a tag that one of them has not
+        let other = block("", "x,y", &row(1, "a,")) + &block("", "z", &row(2, ""));
+        assert_eq!(names(&other), ["a.boom", "boom"]);
+        let dots = block("", "x,y", &(row(1, "a.y=b,") + &row(2, "a,b")));
+        let dots = names(&dots);
+        assert_ne!(dots[0], dots[1]);
     }
 }

@@ -128,7 +128,7 @@ fn classify(first_bytes: &[u8], options: &TableOptions) -> Content {
     let is_whole = (first_bytes.len() as u64) < BEGINNING_BYTES;
     if let Some(recoding) = Recoding::of(first_bytes, is_whole) {
         let format = recoding.format().or_else(|| {
-            let text = recoding.beginning(first_bytes);
+            let text = recoding.beginning(first_bytes, is_whole);
             format_of_text(&text, is_whole, options)
         });
         if let Some(format) = format {
@@ -218,7 +218,7 @@ fn other_format(first_bytes: &[u8]) -> Option<&'static str> {
         ),
         (
             b"{",
-            "JSON over several lines: one object a line is read (jq -c . OLD > NEW.jsonl)",
+            "JSON that is one object, over several lines or without times: one object a line, each with its time, is read (jq -c . OLD > NEW.jsonl)",
         ),
     ];
     let begins = |(magic, _): &&(&[u8], &str)| first_bytes.starts_with(magic);

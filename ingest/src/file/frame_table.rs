@@ -7,6 +7,8 @@ use std::{
 
 use base64::{Engine as _, engine::general_purpose::STANDARD};
 
+use super::recode::each_line;
+
 /// A table of frames whose columns are known, by the names that its program gives them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum FrameTable {
@@ -57,10 +59,9 @@ impl FrameTable {
 
     /// Copies the frames. A line that is no frame stays as it is.
     pub(super) fn recode(self, source: &mut dyn BufRead, target: &mut dyn Write) -> io::Result<()> {
-        let mut line = Vec::new();
         let mut columns: Option<Columns> = None;
-        while source.read_until(b'\n', &mut line)? > 0 {
-            let text = std::str::from_utf8(&line)
+        each_line(source, &mut |line| {
+            let text = std::str::from_utf8(line)
                 .unwrap_or_default()
                 .trim_start_matches('\u{feff}')
                 .trim();
@@ -72,29 +73,28 @@ impl FrameTable {
                     let frame = self.frame(columns, &cells);
                     match frame.filter(|_| line.ends_with(b"\n")) {
                         Some(frame) => writeln!(target, "{frame}")?,
-                        None => target.write_all(&line)?,
+                        None => target.write_all(line)?,
                     }
                 }
             }
-            line.clear();
-        }
-        Ok(())
+            Ok(())
+        })
     }
 
     /// A line of candump.
     fn frame(self, columns: &Columns, cells: &[&str]) -> Option<String> {
         let cell = |name: &str| cells.get(columns.place(name)?).copied();
         let is = |name: &str| cell(name).is_some_and(|cell| matches!(cell, "1" | "true" | "True"));
-        let hexadecimal = |text: &str| u32::from_str_radix(text.trim_start_matches("0x"), 16).ok();
+        let byte = |digits: &str| u8::try_from(hexadecimal(digits)?).ok();
         let (time, bus, id, is_extended, data) = match self {
             Self::SavvyCan => {
                 let microseconds: u64 = cell("Time Stamp")?.parse().ok()?;
                 let length: usize = cell("LEN")?.parse().ok()?;
                 let first = columns.place("D1")?;
                 let bytes = cells
-                    .get(first..first + length)?
+                    .get(first..first.checked_add(length)?)?
                     .iter()
-                    .map(|byte| u8::from_str_radix(byte, 16).ok());
+                    .map(|digits| byte(digits));
                 (
                     format!(
                         "{}.{:06}",
@@ -102,7 +102,7 @@ impl FrameTable {
                         microseconds % 1_000_000
                     ),
                     cell("Bus")?,
-                    hexadecimal(cell("ID")?)?,
+                    identifier(cell("ID")?)?,
                     is("Extended"),
                     bytes.collect::<Option<Vec<u8>>>()?,
                 )
@@ -110,9 +110,9 @@ impl FrameTable {
             Self::Css => {
                 let digits = cell("DataBytes")?;
                 let length: usize = cell("DataLength")?.parse().ok()?;
-                let byte = |at: usize| u8::from_str_radix(digits.get(2 * at..2 * at + 2)?, 16).ok();
-                let bytes: Option<Vec<u8>> = (0..length).map(byte).collect();
-                let id = hexadecimal(cell("ID")?)?;
+                let byte_at = |at: usize| byte(digits.get(2 * at..2 * at + 2)?);
+                let bytes: Option<Vec<u8>> = (0..length).map(byte_at).collect();
+                let id = identifier(cell("ID")?)?;
                 (
                     cell("TimestampEpoch")?.to_owned(),
                     cell("BusChannel")?,
@@ -122,7 +122,7 @@ impl FrameTable {
                 )
             }
             Self::PythonCan => {
-                let id = hexadecimal(cell("arbitration_id")?)?;
+                let id = identifier(cell("arbitration_id")?)?;
                 let bytes = STANDARD.decode(cell("data")?).ok()?;
                 (
                     cell("timestamp")?.to_owned(),
@@ -154,6 +154,17 @@ impl FrameTable {
             .ok()?;
         Some(frame)
     }
+}
+
+fn identifier(text: &str) -> Option<u32> {
+    hexadecimal(text.strip_prefix("0x").unwrap_or(text))
+}
+
+/// A number of hexadecimal digits, without a sign.
+fn hexadecimal(digits: &str) -> Option<u32> {
+    let are_digits = digits.bytes().all(|byte| byte.is_ascii_hexdigit());
+    let number = u32::from_str_radix(digits, 16);
+    number.ok().filter(|_| are_digits)
 }
 
 /// The names of the columns.
@@ -207,8 +218,10 @@ mod tests {
             (
                 FrameTable::SavvyCan,
                 "Time Stamp,ID,Extended,Dir,Bus,LEN,D1,D2,D3,D4,D5,D6,D7,D8\n\
-                 166064000,0000021A,false,Rx,0,3,00,37,C8,00,00,00,00,00,\n166064250,18FEF100,true,Rx,1,1,0A,\nend\n",
-                "(166.064000) can0 21A#0037C8\n(166.064250) can1 18FEF100#0A\nend\n",
+                 166064000,0000021A,false,Rx,0,3,00,37,C8,00,00,00,00,00,\n166064250,18FEF100,true,Rx,1,1,0A,\nend\n\
+                 1,1,false,Rx,0,18446744073709551615,00,\n1,1,false,Rx,0,1,+1,\n1,+1,false,Rx,0,1,01,\n",
+                "(166.064000) can0 21A#0037C8\n(166.064250) can1 18FEF100#0A\nend\n\
+                 1,1,false,Rx,0,18446744073709551615,00,\n1,1,false,Rx,0,1,+1,\n1,+1,false,Rx,0,1,01,\n",
             ),
             (
                 FrameTable::Css,

@@ -2,7 +2,7 @@
 
 use std::{
     fs::File,
-    io::{BufReader, Read, Seek, Write},
+    io::{self, BufReader, BufWriter, Read, Seek, Write},
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -17,6 +17,8 @@ use crate::message::{Error, Losses, LostPart};
 
 /// Highest compression ratio of a real log; beyond it decompression stops.
 const MOST_EXPANSION: u64 = 1000;
+/// Highest ratio by which a text grows as a table, where most cells are empty.
+const MOST_TEXT_EXPANSION: u64 = 100;
 const COPY_BYTES: usize = 256 << 10;
 
 /// A file of a log. Temporary files are deleted with the value.
@@ -77,10 +79,21 @@ impl LogFile {
     /// The file with its text in the form of its format.
     pub(crate) fn recoded(self, recoding: Recoding, losses: &mut Losses) -> Result<Self, Error> {
         self.require_whole("a text that is read as a whole")?;
-        let (private, data, mut target) = private_file()?;
+        let (private, data, target) = private_file()?;
         let source = File::open(&self.data).map_err(Error::io(&self.path))?;
-        let recoded = recoding.recode(&mut BufReader::new(source), &mut target);
-        recoded.map_err(Error::io(&self.path))?;
+        let bytes = source.metadata().map_err(Error::io(&self.path))?.len();
+        let mut bounded = Bounded::new(BufWriter::new(target), bytes);
+        let recoded = recoding.recode(&mut BufReader::new(source), &mut bounded);
+        let written_bytes = bounded.written_bytes;
+        if bounded.is_full() {
+            let reason = say!("{bytes} bytes of text become more than {written_bytes}");
+            losses.lose(LostPart::Tail, &self.path, bytes..bytes, reason);
+        } else {
+            for left_out in recoded.map_err(Error::io(&self.path))? {
+                losses.note(format!("{}: {left_out}", self.path.display()));
+            }
+        }
+        bounded.flush().map_err(Error::io(&data))?;
         losses.note(format!("{}: {}", self.path.display(), recoding.note()));
         Ok(Self {
             data,
@@ -160,6 +173,42 @@ fn private_file() -> Result<(TempDir, PathBuf, File), Error> {
     let data = folder.path().join("log");
     let target = File::create_new(&data).map_err(Error::io(&data))?;
     Ok((folder, data, target))
+}
+
+/// Refuses more than a text can honestly become.
+struct Bounded<W> {
+    target: W,
+    source_bytes: u64,
+    written_bytes: u64,
+}
+
+impl<W: Write> Bounded<W> {
+    fn new(target: W, source_bytes: u64) -> Self {
+        Self {
+            target,
+            source_bytes,
+            written_bytes: 0,
+        }
+    }
+
+    fn is_full(&self) -> bool {
+        self.written_bytes / MOST_TEXT_EXPANSION > self.source_bytes
+    }
+}
+
+impl<W: Write> Write for Bounded<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.is_full() {
+            return Err(io::ErrorKind::FileTooLarge.into());
+        }
+        let count = self.target.write(bytes)?;
+        self.written_bytes += count as u64;
+        Ok(count)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.target.flush()
+    }
 }
 
 /// Decompresses a file into a private folder; `path` names it.

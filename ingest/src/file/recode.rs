@@ -1,14 +1,16 @@
 //! Texts that are read through a private copy in another form: those in UTF-16, and those that are a table or frames in other
 //! words.
 
-use std::{
-    borrow::Cow,
-    io::{self, BufRead, Read, Seek, Write},
-};
+use std::io::{self, BufRead, Read, Seek, Write};
 
 use tipwatch_language::word;
 
 use super::{annotated_csv, format::Format, frame_table::FrameTable, json_lines};
+
+/// Longest line; a longer one is no row.
+const MOST_LINE_BYTES: u64 = 16 << 20;
+/// What stays of such a line.
+const SHOWN_BYTES: usize = 40;
 
 /// What a text becomes, and from what.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,7 +30,7 @@ impl Recoding {
     pub(super) fn of(first_bytes: &[u8], is_whole: bool) -> Option<Self> {
         if let Some(order) = Utf16::of(first_bytes) {
             Some(Self::Utf16(order))
-        } else if json_lines::is_first_line(first_bytes, is_whole) {
+        } else if json_lines::is_beginning(first_bytes, is_whole) {
             Some(Self::JsonLines)
         } else if annotated_csv::is_beginning(first_bytes) {
             Some(Self::AnnotatedCsv)
@@ -40,36 +42,42 @@ impl Recoding {
     /// The format of what it becomes, if the first bytes need not tell.
     pub(super) fn format(self) -> Option<Format> {
         match self {
-            Self::Utf16(_) => None,
-            Self::JsonLines | Self::AnnotatedCsv => Some(Format::Csv),
+            Self::Utf16(_) | Self::JsonLines => None,
+            Self::AnnotatedCsv => Some(Format::Csv),
             Self::Frames(_) => Some(Format::Candump),
         }
     }
 
-    /// The first bytes of a text in UTF-16 as UTF-8.
-    pub(super) fn beginning(self, first_bytes: &[u8]) -> Cow<'_, [u8]> {
-        let Self::Utf16(order) = self else {
-            return first_bytes.into();
+    /// What the first bytes become, without the part of a character or a line that they end with.
+    pub(super) fn beginning(self, first_bytes: &[u8], is_whole: bool) -> Vec<u8> {
+        let end = match self {
+            Self::Utf16(_) => first_bytes.len() & !1,
+            _ if is_whole => first_bytes.len(),
+            _ => first_bytes
+                .iter()
+                .rposition(|&byte| byte == b'\n')
+                .map_or(0, |at| at + 1),
         };
         let mut text = Vec::new();
-        let whole_units = first_bytes.len() & !1;
-        let mut units = first_bytes.get(..whole_units).unwrap_or_default();
-        // writing to memory cannot fail
-        let _ = order.recode(&mut units, &mut text);
-        text.into()
+        let whole = first_bytes.get(..end).unwrap_or_default();
+        // reading from memory and writing to it cannot fail
+        let _ = self.recode(&mut io::Cursor::new(whole), &mut text);
+        text
     }
 
+    /// Copies a text in its new form. Returns what was left out, in words.
     pub(super) fn recode(
         self,
         source: &mut (impl BufRead + Seek),
         target: &mut dyn Write,
-    ) -> io::Result<()> {
+    ) -> io::Result<Vec<String>> {
         match self {
             Self::Utf16(order) => order.recode(source, target),
-            Self::JsonLines => json_lines::recode(source, target),
+            Self::JsonLines => return json_lines::recode(source, target),
             Self::AnnotatedCsv => annotated_csv::recode(source, target),
             Self::Frames(table) => table.recode(source, target),
-        }
+        }?;
+        Ok(Vec::new())
     }
 
     /// What positions in the log refer to.
@@ -88,6 +96,27 @@ impl Recoding {
                 "the table has CAN frames: positions refer to the same frames as text of candump"
             ),
         }
+    }
+}
+
+/// Passes on each line. Of one that is too long, only the beginning is, with dots that make it no row.
+pub(super) fn each_line(
+    source: &mut (impl BufRead + ?Sized),
+    take: &mut dyn FnMut(&[u8]) -> io::Result<()>,
+) -> io::Result<()> {
+    let mut line = Vec::new();
+    loop {
+        line.clear();
+        let mut limited = Read::take(&mut *source, MOST_LINE_BYTES);
+        if limited.read_until(b'\n', &mut line)? == 0 {
+            return Ok(());
+        }
+        if limited.limit() == 0 && !line.ends_with(b"\n") {
+            source.skip_until(b'\n')?;
+            line.truncate(SHOWN_BYTES);
+            line.extend(b"...\n");
+        }
+        take(&line)?;
     }
 }
 
@@ -182,5 +211,18 @@ mod tests {
             assert!(recoded == text.as_bytes());
         }
         assert_eq!(Utf16::of(b"time_s,x"), None);
+    }
+
+    #[test]
+    fn a_line_without_an_end_takes_no_memory_without_one() {
+        let long = vec![b'{'; MOST_LINE_BYTES as usize + 7];
+        let text = [b"a\n", &long[..], b"\nb"].concat();
+        let mut lengths = Vec::new();
+        let seen = each_line(&mut text.as_slice(), &mut |line| {
+            lengths.push(line.len());
+            Ok(())
+        });
+        seen.unwrap();
+        assert_eq!(lengths, [2, SHOWN_BYTES + 4, 1]);
     }
 }

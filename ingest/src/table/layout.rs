@@ -647,6 +647,48 @@ mod tests {
     }
 
     #[test]
+    fn a_unit_in_a_cell_is_that_of_the_column_or_the_row_has_no_time() {
+        let time = found("time_s,x\n0.5,1\n900 ms,2\n1 s,3\n").unwrap().time;
+        let read = |cell: &str| time.read(&[cell], false);
+        assert_eq!(
+            (read("0.5"), read("900 ms"), read("1 s")),
+            (Some(500_000_000), None, Some(1_000_000_000))
+        );
+        for text in [
+            "time_s,x\n900 ms,1\n910 ms,2\n",
+            "time,x\n[s],m\n900 ms,1\n910 ms,2\n",
+        ] {
+            let refused = matches!(found(text), Err(Refusal::Unclear(_)));
+            assert!(refused, "{text}");
+        }
+        let seconds = |of: &mut TableOptions| {
+            of.time_unit = Some(super::super::TimeUnit::Seconds);
+        };
+        assert!(with("time,x\n900 ms,1\n910 ms,2\n", seconds).is_err());
+    }
+
+    #[test]
+    fn a_name_that_can_be_of_another_time_is_the_time_only_where_no_other_is() {
+        let seconds = |of: &mut TableOptions| {
+            of.time_unit = Some(super::super::TimeUnit::Seconds);
+        };
+        for text in [
+            "uptime_ms,timestamp,x\n5,1700000000,1\n15,1700000001,2\n",
+            "created_at,time,x\n1700000009,1700000000,1\n1700000009,1700000001,2\n",
+            "millis,timestamp,x\n5,1700000000,1\n15,1700000001,2\n",
+        ] {
+            assert_eq!(found(text).unwrap().time.columns, [1], "{text}");
+        }
+        let temperature = with("temps,time,x\n80,0.5,1\n81,0.6,2\n", seconds);
+        assert_eq!(temperature.unwrap().time.columns, [1]);
+        let table = found("date,uptime_ms,time,x\n2023-11-14,5,22:13:20,1\n");
+        assert_eq!(table.unwrap().time.columns, [0, 2]);
+        // no number of a time without a unit can be read
+        let table = found("time,uptime_ms,x\n0.5,5,1\n0.6,15,2\n");
+        assert_eq!(table.unwrap().time.columns, [1]);
+    }
+
+    #[test]
     fn two_columns_can_be_one_time() {
         let table = found("Date;Time;x\n14.11.2023;22:13:20,5;1\n").unwrap();
         assert_eq!(table.time.columns, [0, 1]);

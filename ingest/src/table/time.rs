@@ -9,7 +9,7 @@ use super::{
 };
 
 /// Names of columns of time: without a unit, in lower case, only letters and digits.
-const NAMES: [&str; 68] = [
+const NAMES: [&str; 41] = [
     "t",
     "time",
     "timestamp",
@@ -51,6 +51,10 @@ const NAMES: [&str; 68] = [
     "zeitstempel",
     "datum",
     "uhrzeit",
+];
+/// Names that can also be those of another time, such as when a row was received, or of a temperature: the time only where no
+/// column of another name is.
+const OTHER_NAMES: [&str; 27] = [
     "datumuhrzeit",
     "datumzeit",
     "zeitpunkt",
@@ -80,13 +84,16 @@ const NAMES: [&str; 68] = [
     "fechahora",
 ];
 /// Names of which the program that writes them fixes the unit.
-const FIXED: [(&str, TimeUnit); 6] = [
+const FIXED: [(&str, TimeUnit); 3] = [
     // PlotJuggler
     ("__time", TimeUnit::Seconds),
     // rostopic echo -p
     ("%time", TimeUnit::Nanoseconds),
     // LabVIEW
     ("x_value", TimeUnit::Seconds),
+];
+/// The same of those that can be of another time.
+const OTHER_FIXED: [(&str, TimeUnit); 3] = [
     // asammdf
     ("timestamps", TimeUnit::Seconds),
     // sketches for Arduino, after the functions
@@ -163,7 +170,11 @@ impl TimeSource {
         let (first, second) = (cells.first()?.trim(), cells.get(1));
         match self.kind {
             Kind::Multiples(unit_ns) => {
-                let text = with_point(without_unit(first).0, has_decimal_comma);
+                let (first, unit) = without_unit(first);
+                if unit.is_some_and(|unit| Kind::of(unit) != self.kind) {
+                    return None;
+                }
+                let text = with_point(first, has_decimal_comma);
                 decimal_ns(&text, unit_ns).or_else(|| from_float(text.parse().ok()?, unit_ns))
             }
             Kind::SpreadsheetDays => {
@@ -404,7 +415,7 @@ fn columns_named(names: &[String], named: &str) -> Option<Vec<usize>> {
 /// The columns that can be the time, the most likely first.
 fn candidates(names: &[String]) -> Vec<Vec<usize>> {
     let mut found: Vec<Vec<usize>> = Vec::new();
-    let says = |at: usize| unit_in_name(&names[at]);
+    let says = |at: usize| name_of_time(&names[at]);
     let is_date = |name: &str| matches!(plain(name).as_str(), "date" | "datum");
     for (at, name) in names.iter().enumerate() {
         if is_date(name) {
@@ -440,6 +451,9 @@ fn candidates(names: &[String]) -> Vec<Vec<usize>> {
             .filter(|&at| says(at).is_some())
             .map(|at| vec![at]),
     );
+    // the sort keeps the order of the columns
+    let is_other = |&at: &usize| says(at).is_some_and(|name| name.is_other);
+    found.sort_by_key(|columns| columns.iter().any(is_other));
     found
 }
 
@@ -509,6 +523,23 @@ fn choose(
     let numbers = texts.iter().filter_map(|cells| as_number(cells.first()?));
     let of_epoch = epoch_unit_of(&numbers.collect::<Vec<_>>());
     let below = sample.units.get(first).and_then(|cell| unit_cell(cell));
+    let of_cell = |cells: &Vec<&str>| without_unit(cells.first()?).1;
+    let in_cells = of_cell(example);
+    let in_cells = in_cells.filter(|unit| texts.iter().all(|cells| of_cell(cells) == Some(*unit)));
+    let stated = options.time_unit.or(in_name).or(below);
+    if let (Some(stated), Some(unit)) = (stated, in_cells)
+        && stated != unit
+    {
+        let by = match (options.time_unit, in_name) {
+            (Some(_), _) => "--time-unit",
+            (None, Some(_)) => "its name",
+            (None, None) => "the line of units",
+        };
+        return Err(format!(
+            "the column {called}: expected cells in {stated} by {by}, found \"{}\"; another column: --time-column NAME",
+            example.join(" ").escape_debug()
+        ));
+    }
     if let Some(unit) = options.time_unit {
         let other = in_name.or(below).filter(|other| *other != unit);
         let told = other.map(|other| {
@@ -516,9 +547,6 @@ fn choose(
         });
         return Ok(source(Kind::of(unit), told));
     }
-    let of_cell = |cells: &Vec<&str>| without_unit(cells.first()?).1;
-    let in_cells = texts.first().and_then(of_cell);
-    let in_cells = in_cells.filter(|unit| texts.iter().all(|cells| of_cell(cells) == Some(*unit)));
     if let Some(unit) = in_name.or(below).or(in_cells) {
         let told = match (in_name, below) {
             (Some(_), _) => None,
@@ -690,10 +718,30 @@ pub(crate) fn is_name_of_time(name: &str) -> bool {
 
 /// What a name says: whether it is that of a time, and of which unit.
 fn unit_in_name(name: &str) -> Option<Option<TimeUnit>> {
+    name_of_time(name).map(|name| name.unit)
+}
+
+/// The name of a column of time.
+struct NameOfTime {
+    unit: Option<TimeUnit>,
+    /// Whether it can also be that of something else.
+    is_other: bool,
+}
+
+fn name_of_time(name: &str) -> Option<NameOfTime> {
     let name = name.trim().to_lowercase();
-    if let Some((_, unit)) = FIXED.iter().find(|(fixed, _)| *fixed == name) {
-        return Some(Some(*unit));
+    let fixed = FIXED.iter().map(|fixed| (fixed, false));
+    let mut fixed = fixed.chain(OTHER_FIXED.iter().map(|fixed| (fixed, true)));
+    if let Some(((_, unit), is_other)) = fixed.find(|((fixed, _), _)| *fixed == name) {
+        return Some(NameOfTime {
+            unit: Some(*unit),
+            is_other,
+        });
     }
+    let known = |name: &str, unit| {
+        let is_other = OTHER_NAMES.contains(&name);
+        (is_other || NAMES.contains(&name)).then_some(NameOfTime { unit, is_other })
+    };
     let is_end = |c: char| matches!(c, ']' | ')' | '_' | ' ' | '}');
     let open = |c: char| matches!(c, '[' | '(' | '_' | ' ' | '/' | '{' | '.' | '-' | ',');
     let bare = name.trim_end_matches(is_end);
@@ -701,9 +749,9 @@ fn unit_in_name(name: &str) -> Option<Option<TimeUnit>> {
         && let Some(unit) = unit_of(unit.trim())
         // "time in ms"
         && let base = base.trim_end().strip_suffix(" in").unwrap_or(base)
-        && NAMES.contains(&plain(base).as_str())
+        && let Some(found) = known(&plain(base), Some(unit))
     {
-        return Some(Some(unit));
+        return Some(found);
     }
     // channels of time of one measurement are counted: "Time 1 - default rate"
     let counted = bare.split_once(" - ").map_or(bare, |(name, _)| name);
@@ -715,11 +763,8 @@ fn unit_in_name(name: &str) -> Option<Option<TimeUnit>> {
     );
     let glued = ["ms", "us", "µs", "ns", "sec"]
         .into_iter()
-        .find_map(|unit| {
-            let base = bare.strip_suffix(unit)?;
-            NAMES.contains(&base).then(|| unit_of(unit))
-        });
-    glued.or_else(|| NAMES.contains(&bare.as_str()).then_some(None))
+        .find_map(|unit| known(bare.strip_suffix(unit)?, unit_of(unit)));
+    glued.or_else(|| known(&bare, None))
 }
 
 /// A name in lower case without anything but letters and digits.
