@@ -5,6 +5,8 @@
   if (!holder) { return; }
   const facts = JSON.parse(holder.textContent), logged = facts.logged;
   const inputs = facts.changes.map(function (it, k) { return document.getElementById('what-if-' + k); });
+  // where the sliders stand for what was logged
+  const begins = [];
   const result = document.getElementById('what-if-result');
   const text = function (value) { return String(Number(value.toPrecision(3))); };
   const square = function (of) { return of.sigma_n === null ? NaN : of.sigma_n * of.sigma_n; };
@@ -22,8 +24,10 @@
     facts.changes.forEach(function (it, k) {
       // the steps of an input need not meet what was simulated
       const set = Number(inputs[k].value), half = inputs[k].step / 2;
-      const met = it.simulated.find(function (point) { return Math.abs(set - point.at) <= half; });
-      const value = met ? met.at : set;
+      const apart = function (point) { return Math.abs(set - point.at); };
+      const met = it.simulated.filter(function (point) { return apart(point) <= half; });
+      met.sort(function (a, b) { return apart(a) - apart(b); });
+      const value = set === begins[k] ? it.logged : met.length > 0 ? met[0].at : set;
       const shown = text(value) + ' ' + it.unit;
       const found = between(it.simulated, value);
       otf += found.otf - logged.otf_n;
@@ -38,7 +42,10 @@
     const values = { otf: (Number.isFinite(otf) ? Math.round(otf) : '–') + band, logged: Math.round(logged.otf_n), lifts: is };
     result.textContent = words.result.replace(/\{(otf|logged|lifts)\}/g, function (_, name) { return values[name]; });
   }
-  function reset() { facts.changes.forEach(function (it, k) { inputs[k].value = it.logged; }); show(); }
+  function reset() {
+    facts.changes.forEach(function (it, k) { inputs[k].value = it.logged; begins[k] = Number(inputs[k].value); });
+    show();
+  }
   inputs.forEach(function (input) { input.addEventListener('input', show); });
   document.getElementById('what-if-reset').addEventListener('click', reset);
   reset();

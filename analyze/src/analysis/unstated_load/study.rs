@@ -39,7 +39,7 @@ pub(crate) fn falls(table: &Table, events: &[Event]) -> Vec<Fall> {
     let fall = |event: &&Event| {
         let machine = table.machine_at(table.at(event.start_ns))?;
         let edge = machine.edge_named(&event.subject)?;
-        // the moment about an edge weighs the machine only where it tips about that edge
+        // what explains a fall about the line to a pivot is not tried
         let is_its_line = machine
             .axles_astride(&machine.polygon().edges()[edge])
             .next()
