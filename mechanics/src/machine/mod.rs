@@ -8,6 +8,7 @@ mod table;
 
 mod actuated_joint;
 mod add_supports;
+mod axles_astride;
 mod body;
 mod changed;
 mod check;

@@ -1,7 +1,6 @@
 //! What kind of file it is, by its first bytes.
 
-/// What some programs write before a text in UTF-8.
-pub(super) const UTF8_MARK: &[u8] = b"\xef\xbb\xbf";
+use super::text::UTF8_MARK;
 
 /// The format of a file of frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

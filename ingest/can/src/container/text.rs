@@ -6,8 +6,8 @@ use std::{
     slice::EscapeAscii,
 };
 
-use super::format::UTF8_MARK;
-
+/// What some programs write before a text in UTF-8.
+pub(super) const UTF8_MARK: &[u8] = b"\xef\xbb\xbf";
 /// Far above the longest line of a frame.
 const MOST_LINE_BYTES: u64 = 4096;
 
