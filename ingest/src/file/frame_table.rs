@@ -7,7 +7,7 @@ use std::{
 
 use base64::{Engine as _, engine::general_purpose::STANDARD};
 
-use super::recode::each_line;
+use super::lines::each_line;
 
 /// A table of frames whose columns are known, by the names that its program gives them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

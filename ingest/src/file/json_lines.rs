@@ -9,7 +9,7 @@ use std::{
 use serde::de::{DeserializeSeed, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use tipwatch_language::say;
 
-use super::recode::each_line;
+use super::lines::each_line;
 
 /// Columns, at most; others are left out.
 const MOST_COLUMNS: usize = 4096;

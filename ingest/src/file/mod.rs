@@ -6,6 +6,7 @@ mod file_bytes;
 mod format;
 mod frame_table;
 mod json_lines;
+mod lines;
 mod log_file;
 mod packing;
 mod read_options;

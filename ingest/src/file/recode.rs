@@ -7,11 +7,6 @@ use tipwatch_language::word;
 
 use super::{annotated_csv, format::Format, frame_table::FrameTable, json_lines};
 
-/// Longest line; a longer one is no row.
-const MOST_LINE_BYTES: u64 = 16 << 20;
-/// What stays of such a line.
-const SHOWN_BYTES: usize = 40;
-
 /// What a text becomes, and from what.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Recoding {
@@ -96,27 +91,6 @@ impl Recoding {
                 "the table has CAN frames: positions refer to the same frames as text of candump"
             ),
         }
-    }
-}
-
-/// Passes on each line. Of one that is too long, only the beginning is, with dots that make it no row.
-pub(super) fn each_line(
-    source: &mut (impl BufRead + ?Sized),
-    take: &mut dyn FnMut(&[u8]) -> io::Result<()>,
-) -> io::Result<()> {
-    let mut line = Vec::new();
-    loop {
-        line.clear();
-        let mut limited = Read::take(&mut *source, MOST_LINE_BYTES);
-        if limited.read_until(b'\n', &mut line)? == 0 {
-            return Ok(());
-        }
-        if limited.limit() == 0 && !line.ends_with(b"\n") {
-            source.skip_until(b'\n')?;
-            line.truncate(SHOWN_BYTES);
-            line.extend(b"...\n");
-        }
-        take(&line)?;
     }
 }
 
@@ -211,18 +185,5 @@ mod tests {
             assert!(recoded == text.as_bytes());
         }
         assert_eq!(Utf16::of(b"time_s,x"), None);
-    }
-
-    #[test]
-    fn a_line_without_an_end_takes_no_memory_without_one() {
-        let long = vec![b'{'; MOST_LINE_BYTES as usize + 7];
-        let text = [b"a\n", &long[..], b"\nb"].concat();
-        let mut lengths = Vec::new();
-        let seen = each_line(&mut text.as_slice(), &mut |line| {
-            lengths.push(line.len());
-            Ok(())
-        });
-        seen.unwrap();
-        assert_eq!(lengths, [2, SHOWN_BYTES + 4, 1]);
     }
 }

@@ -89,7 +89,9 @@ impl CausalEstimator {
                 })
                 .collect(),
             joint_repeats: (sensors.joints.iter())
-                .map(|stream| vec![Repeats::of_joint(max_gap_ns); stream.joints.len()])
+                // a clone of one has no room
+                .map(|stream| (stream.joints.iter()).map(|_| Repeats::of_joint(max_gap_ns)))
+                .map(Iterator::collect)
                 .collect(),
             repeat: Vec::with_capacity(most_joints),
             is_repeat: false,

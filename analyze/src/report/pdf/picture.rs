@@ -11,8 +11,6 @@ const BETWEEN: f32 = 10.0;
 /// Largest height of a picture (points).
 const TALLEST: f32 = 330.0;
 const TALLEST_OF_SMALL: f32 = 138.0;
-/// Smallest letters in a picture (points), however small it is.
-const LEAST_LETTERS: f32 = 5.0;
 /// Control points of a quarter circle.
 const QUARTER: f32 = 0.552_284_8;
 
@@ -233,7 +231,7 @@ fn text(flow: &mut Flow<'_>, element: Node<'_, '_>, frame: Frame) {
             .attribute(name)
             .and_then(|text| text.parse::<f32>().ok())
     };
-    let size = (number("font-size").unwrap_or(11.0) * frame.scale).max(LEAST_LETTERS);
+    let size = number("font-size").unwrap_or(11.0) * frame.scale;
     let words = flow.letters.known(element.text().unwrap_or_default());
     let width = flow.letters.width(&words, size);
     let shift = match element.attribute("text-anchor") {
