@@ -54,7 +54,7 @@ def test_a_fleet_is_a_data_set(tmp_path):
     assert logs.height == fleet.totals["logs"] == 2
     assert fleet.page.exists() and counts[-1] == (2, 2)
     # pandas takes lists of text in their older type only
-    assert [list(names) for names in pd.read_parquet(fleet.logs_uri)["findings"]] == logs["findings"].to_list()
+    assert [list(names) for names in pd.read_parquet(Path(fleet.logs_uri).parent)["findings"]] == logs["findings"].to_list()
     assert len(fleet.logs) == 2 and "wheel_lift" in fleet.events.to_polars()["kind"].to_list()
     found = fleet.query("SELECT path, worst_margin FROM logs ORDER BY worst_margin").to_polars()
     assert found["path"][0].endswith("tiny_lift.mcap") and found["worst_margin"][0] < 0
