@@ -9,6 +9,8 @@ use std::{
 use csv::StringRecord;
 use jiff::Timestamp;
 
+use super::lines::without_mark;
+
 /// Columns that are no tags and no values.
 const OWN: [&str; 6] = ["", "table", "_start", "_stop", "_time", "error"];
 /// Tags that are no group: the field, and the name of the query's result.
@@ -18,10 +20,7 @@ const ANNOTATIONS: [&str; 3] = ["#datatype", "#group", "#default"];
 
 /// Whether a text begins with an annotation.
 pub(super) fn is_beginning(beginning: &[u8]) -> bool {
-    let text = beginning
-        .strip_prefix(b"\xef\xbb\xbf")
-        .unwrap_or(beginning)
-        .trim_ascii_start();
+    let text = without_mark(beginning).trim_ascii_start();
     ANNOTATIONS.iter().any(|annotation| {
         let rest = text.strip_prefix(annotation.as_bytes());
         rest.is_some_and(|rest| rest.first() == Some(&b','))

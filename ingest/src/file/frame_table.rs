@@ -7,7 +7,7 @@ use std::{
 
 use base64::{Engine as _, engine::general_purpose::STANDARD};
 
-use super::lines::each_line;
+use super::lines::{each_line, without_mark};
 
 /// A table of frames whose columns are known, by the names that its program gives them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,9 +61,8 @@ impl FrameTable {
     pub(super) fn recode(self, source: &mut dyn BufRead, target: &mut dyn Write) -> io::Result<()> {
         let mut columns: Option<Columns> = None;
         each_line(source, &mut |line| {
-            let text = std::str::from_utf8(line)
+            let text = std::str::from_utf8(without_mark(line))
                 .unwrap_or_default()
-                .trim_start_matches('\u{feff}')
                 .trim();
             match &columns {
                 None => columns = Columns::of(text),
@@ -202,9 +201,8 @@ fn first_line(beginning: &[u8]) -> &str {
         .position(|&byte| byte == b'\n')
         .unwrap_or(beginning.len());
     let line = beginning.get(..end).unwrap_or_default();
-    std::str::from_utf8(line)
+    std::str::from_utf8(without_mark(line))
         .unwrap_or_default()
-        .trim_start_matches('\u{feff}')
         .trim()
 }
 

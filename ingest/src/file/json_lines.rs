@@ -9,7 +9,7 @@ use std::{
 use serde::de::{DeserializeSeed, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use tipwatch_language::say;
 
-use super::lines::each_line;
+use super::lines::{each_line, without_mark};
 
 /// Columns, at most; others are left out.
 const MOST_COLUMNS: usize = 4096;
@@ -141,10 +141,7 @@ struct Object {
 impl Object {
     /// `None` if the line is no object.
     fn of(line: &[u8]) -> Option<Self> {
-        let line = line
-            .strip_prefix(b"\xef\xbb\xbf")
-            .unwrap_or(line)
-            .trim_ascii();
+        let line = without_mark(line).trim_ascii();
         if !line.starts_with(b"{") {
             return None;
         }

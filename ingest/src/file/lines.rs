@@ -7,6 +7,11 @@ const MOST_LINE_BYTES: u64 = 16 << 20;
 /// What stays of such a line.
 const SHOWN_BYTES: usize = 40;
 
+/// A text, or its first line, without the mark of UTF-8.
+pub(super) fn without_mark(text: &[u8]) -> &[u8] {
+    text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text)
+}
+
 /// Passes on each line. Of one that is too long, only the beginning is, with dots that make it no row.
 pub(super) fn each_line(
     source: &mut (impl BufRead + ?Sized),
