@@ -14,7 +14,7 @@ use tipwatch_mechanics::{
 use tipwatch_tests::OwnedSamples;
 
 /// Time for each target.
-const TIME: Duration = Duration::from_secs(3);
+const TIME: Duration = Duration::from_secs(1);
 
 const MACHINES: [[&str; 2]; 3] = [
     [

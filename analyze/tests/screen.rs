@@ -7,9 +7,8 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 use tempfile::TempDir;
-use tipwatch_analyze::tables::cell;
 use tipwatch_analyze::tables::parquet;
-use tipwatch_analyze::tables::table::Table;
+use tipwatch_analyze::tables::table::{self, Table};
 
 use super::support::{code_and_stderr, command, data, json, stderr, text, tipwatch};
 
@@ -156,15 +155,10 @@ fn each_log_is_listed_once_with_the_reason_of_failure() {
     }
     let lasts = number("covered_s", row("/lift.mcap")).unwrap();
     let mut margins = good.column("margin_s").unwrap().values();
-    let Some(cell::Value::List(margins)) = margins.nth(row("/lift.mcap")) else {
+    let Some(table::Value::List(margins)) = margins.nth(row("/lift.mcap")) else {
         panic!("expected a list of margins");
     };
-    let in_bins: f64 = (margins.iter())
-        .map(|seconds| match seconds {
-            cell::Value::Number(seconds) => *seconds,
-            other => panic!("expected a number, found {other:?}"),
-        })
-        .sum();
+    let in_bins: f64 = margins.sum().unwrap();
     assert!((in_bins + number("unknown_s", row("/lift.mcap")).unwrap() - lasts).abs() < 1e-6);
     let exposed = number("exposed_s", row("/lift.mcap")).unwrap();
     let causes = tipwatch_analyze::policy::facts::EXPOSURE_CAUSES;
@@ -393,11 +387,7 @@ fn the_data_set_has_the_documented_columns() {
         let tables = tables(out.path(), kind);
         assert!(!tables.is_empty());
         for (file, table) in tables {
-            let found: Vec<&str> = table
-                .columns()
-                .iter()
-                .map(tipwatch_analyze::tables::table::Column::name)
-                .collect();
+            let found: Vec<&str> = table.columns().iter().map(table::Column::name).collect();
             let declared: Vec<&str> = columns.iter().map(|column| column.name).collect();
             assert_eq!(found, declared, "{kind}/{file}");
         }

@@ -7,7 +7,6 @@ use std::process::Child;
 
 use serde_json::Value as Json;
 use tempfile::TempDir;
-use tipwatch_analyze::tables::cell::Value;
 
 use super::screen::{files, fleet_logs, mixed_logs, result, screen, tables, texts};
 use super::support::{code_and_stderr, command, data, json, stderr, text, tipwatch};
@@ -278,14 +277,7 @@ fn a_new_version_replaces_the_rows_of_an_old_one() {
     let rows: Vec<_> = tables(&fleet, "logs")
         .values()
         .flat_map(|table| {
-            let whole = |column: &str| {
-                let values = table.column(column).unwrap().values();
-                let whole = values.map(|value| match value {
-                    Value::Integer(number) => Some(number),
-                    _ => None,
-                });
-                whole.collect::<Vec<_>>()
-            };
+            let whole = |column: &str| table.column(column).unwrap().optional_integers().unwrap();
             let versions = texts(table, "tipwatch_version");
             let rows = whole("rows").into_iter().zip(versions);
             let rows = rows.zip(whole("copies"));

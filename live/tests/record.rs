@@ -380,11 +380,14 @@ fn refused(recorder: &Ended) -> u64 {
     count.split(' ').next().unwrap().parse().unwrap()
 }
 
-/// Delays from sample to verdict (ms) of the rows published while `act` runs.
-fn delays(reading: &Reading, act: impl FnOnce()) -> Times {
+/// Waits for so many more samples; delays from sample to verdict (ms) of the rows published meanwhile.
+fn delays(reading: &Reading, producing: &Producing, samples: u64) -> Times {
     reading.drain();
     let from_ns = monotonic_ns();
-    act();
+    let last = producing.sent() + samples;
+    while producing.sent() < last {
+        std::thread::sleep(Duration::from_millis(2));
+    }
     let mut times = Times::default();
     while let Some(row) = reading.0.receive(|v| *v).unwrap() {
         if row.event == EVENT_ROW && row.published_ns > from_ns {
@@ -396,10 +399,11 @@ fn delays(reading: &Reading, act: impl FnOnce()) -> Times {
     times
 }
 
-/// Whether verdicts come as soon as before, within half a period of the rows at the median. A monitor that waits
-/// for a disk or a recorder is 100 ms late at every row; a busy computer delays some rows.
-fn is_undelayed(delays: &Times, before: &Times) -> bool {
-    delays.quantile(0.5) < before.quantile(0.5) + 5.0
+/// Whether there are at least half as many rows for each sample as before. A monitor that waits 100 ms at every row for a disk or
+/// a recorder makes a tenth of them; a busy computer delays samples and rows.
+fn keeps_up((rows, samples): (&Times, u64), (rows_before, samples_before): (&Times, u64)) -> bool {
+    let count = |times: &Times| times.0.len() as u64;
+    2 * count(rows) * samples_before > count(rows_before) * samples
 }
 
 // requirement: TW-RECORD-01
@@ -414,29 +418,26 @@ fn full_disk_does_not_delay_the_monitor() {
     let reading = Reading::new(&world.join());
     reading.wait_for("a row", |verdict| verdict.event == EVENT_ROW);
 
-    let wait = || std::thread::sleep(Duration::from_secs(1));
-    let alone = delays(&reading, wait);
-    // a file is limited to half a megabyte or one, depending on the shell: every further write fails
+    let alone = delays(&reading, &producing, 100);
+    // a file is limited to 64 kB or 128, depending on the shell: every further write fails
     let mut limited = Command::new("sh");
     limited.args([
         "-c",
-        "trap '' XFSZ; ulimit -f 1024; exec \"$0\" \"$@\"",
+        "trap '' XFSZ; ulimit -f 128; exec \"$0\" \"$@\"",
         env!("CARGO_BIN_EXE_tipwatch-live"),
     ]);
     let out = folder.path().to_str().unwrap();
     let arguments = ["record", out, "--machine", machine.to_str().unwrap()];
     let recorder = world.start_by(limited, &arguments);
-    let full = delays(&reading, || std::thread::sleep(Duration::from_secs(8)));
+    let full = delays(&reading, &producing, 300);
     recorder.signal("-STOP");
-    let stopped = delays(&reading, wait);
+    let stopped = delays(&reading, &producing, 100);
     recorder.signal("-CONT");
     alone.print("sample to verdict, no recorder");
     full.print("sample to verdict, disk full");
     stopped.print("sample to verdict, recorder stopped");
-    for times in [&full, &stopped] {
-        assert!(times.0.len() > 10);
-        assert!(is_undelayed(times, &alone));
-    }
+    assert!(keeps_up((&full, 300), (&alone, 100)));
+    assert!(keeps_up((&stopped, 100), (&alone, 100)));
     producing.end();
     let recorder = recorder.end();
     drop(monitor);
@@ -481,7 +482,7 @@ mod needs_strace {
         let monitor = world.monitor(&machine, &["--quiet", "--stay"]);
         let reading = Reading::new(&world.join());
         reading.wait_for("a row", |verdict| verdict.event == EVENT_ROW);
-        let alone = delays(&reading, || std::thread::sleep(Duration::from_secs(1)));
+        let alone = delays(&reading, &producing, 100);
         let mut slowed = Command::new("strace");
         slowed.args(["-f", "-qq", "-o", "/dev/null", "-e", "trace=write"]);
         slowed.args(["-e", "inject=write:delay_enter=100000"]);
@@ -489,10 +490,10 @@ mod needs_strace {
         let out = folder.path().to_str().unwrap();
         let arguments = ["record", out, "--machine", machine.to_str().unwrap()];
         let recorder = world.start_by(slowed, &arguments);
-        let slow = delays(&reading, || std::thread::sleep(Duration::from_secs(4)));
+        let slow = delays(&reading, &producing, 400);
         alone.print("sample to verdict, no recorder");
         slow.print("sample to verdict, slow disk");
-        assert!(is_undelayed(&slow, &alone));
+        assert!(keeps_up((&slow, 400), (&alone, 100)));
         producing.end();
         let recorder = recorder.end();
         drop(monitor);
@@ -506,7 +507,7 @@ mod needs_strace {
     }
 }
 
-/// Ten seconds are far more than its queue holds.
+/// A thousand samples are far more than its queue holds.
 // requirement: TW-RECORD-03
 #[test]
 fn stopped_recorder_reports_what_it_missed() {
@@ -519,15 +520,15 @@ fn stopped_recorder_reports_what_it_missed() {
     let reading = Reading::new(&world.join());
     reading.wait_for("a row", |verdict| verdict.event == EVENT_ROW);
     let recorder = world.record(&machine, folder.path(), &[]);
-    let recording = delays(&reading, || std::thread::sleep(Duration::from_secs(2)));
+    let recording = delays(&reading, &producing, 200);
     recorder.signal("-STOP");
-    let stopped = delays(&reading, || std::thread::sleep(Duration::from_secs(10)));
+    let stopped = delays(&reading, &producing, 1000);
     recorder.signal("-CONT");
     let slowest_ms = producing.shared.slowest_ns.load(Ordering::Relaxed) as f64 * 1e-6;
     recording.print("sample to verdict, recorder at work");
-    stopped.print("sample to verdict, recorder stopped for 10 s");
+    stopped.print("sample to verdict, recorder stopped");
     println!("the producer's slowest send meanwhile: {slowest_ms:.3} ms");
-    assert!(is_undelayed(&stopped, &recording));
+    assert!(keeps_up((&stopped, 1000), (&recording, 200)));
     std::thread::sleep(Duration::from_millis(300));
     producing.end();
     let recorder = recorder.end();
@@ -592,7 +593,7 @@ fn removed_or_replaced_folder_is_made_anew_and_its_loss_counted() {
             !before.contains(file) && file.metadata().is_ok_and(|m| m.len() > 1000)
         };
         while !files(&root).iter().any(is_new) {
-            assert!(removed.elapsed() < Duration::from_secs(1), "not noticed");
+            assert!(removed.elapsed() < Duration::from_secs(60), "not noticed");
             std::thread::sleep(Duration::from_millis(2));
         }
         std::thread::sleep(Duration::from_millis(300));

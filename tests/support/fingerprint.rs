@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use serde_json::Value;
-use tipwatch_analyze::tables::table::Column;
-use tipwatch_analyze::tables::{cell, parquet};
+use tipwatch_analyze::tables::parquet;
+use tipwatch_analyze::tables::table::{self, Column};
 use tipwatch_ingest::{FieldRequest, Log, Topic, number_fields, record_fields};
 
 use crate::digest::{Digest, Item};
@@ -109,18 +109,25 @@ fn line_of_column(column: &Column) -> String {
     format!("{} {} = {digest}", column.name(), column.type_name())
 }
 
-fn add(digest: &mut Digest, value: cell::Value) {
-    match value {
-        cell::Value::Null => digest.add(Item::Null),
-        cell::Value::Number(number) => digest.add(Item::Number(number)),
-        cell::Value::Integer(integer) => digest.add(Item::Integer(integer)),
-        cell::Value::Boolean(truth) => digest.add(Item::Name(truth.to_string())),
-        cell::Value::Text(text) => digest.add(Item::Name(format!("{text:?}"))),
-        cell::Value::List(values) => {
-            let names: Vec<String> = values.iter().map(|value| format!("{value:?}")).collect();
-            digest.add(Item::Name(format!("[{}]", names.join(" "))));
+fn add(digest: &mut Digest, value: table::Value<'_>) {
+    use table::Value::{Boolean, Float32, Float64, List, Null, String};
+    digest.add(match value {
+        Null => Item::Null,
+        Float32(number) => Item::Number(number.into()),
+        Float64(number) => Item::Number(number),
+        Boolean(truth) => Item::Name(truth.to_string()),
+        String(text) => Item::Name(format!("{text:?}")),
+        List(values) => {
+            let element = |value: table::Value<'_>| match value {
+                String(text) => format!("Text({text:?})"),
+                Float64(number) => format!("Number({number:?})"),
+                other => format!("{other:?}"),
+            };
+            let names: Vec<_> = values.iter().map(element).collect();
+            Item::Name(format!("[{}]", names.join(" ")))
         }
-    }
+        whole => Item::Integer(whole.extract().expect("a whole number")),
+    });
 }
 
 /// A line for each topic: number of messages, and all numbers in them.

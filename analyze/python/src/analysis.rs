@@ -221,7 +221,7 @@ impl RowSink for Collector<'_> {
             bail!("interrupted");
         }
         let block = samples::samples(&self.machine, rows, self.precision, &self.measured_loads);
-        self.samples.take(block)?;
+        self.samples.take(&block)?;
         match &mut self.sinks {
             Some(sinks) => sinks.take(rows),
             None => Ok(()),
@@ -320,8 +320,11 @@ fn run(request: &Request, file: &MachineFile, bytes: &AtomicU64, stop: &Stop) ->
     let summary = Summary::of(&analysis, report::main_findings(&analysis));
     Ok(Found {
         samples: samples.finish()?,
-        events: Table::of(events::events(&analysis.events))?,
-        sensitivity: studies::sensitivity(&analysis).map(Table::of).transpose()?,
+        events: Table::of(&events::events(&analysis.events))?,
+        sensitivity: studies::sensitivity(&analysis)
+            .as_ref()
+            .map(Table::of)
+            .transpose()?,
         summary: serde_json::to_string(&summary)?,
         notes: analysis.notes.iter().map(ToString::to_string).collect(),
         valid_share: analysis.coverage.valid_share,

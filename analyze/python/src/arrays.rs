@@ -10,70 +10,93 @@ use arrow_array::types::{
     TimestampMillisecondType, TimestampNanosecondType, UInt32Type, UInt64Type,
 };
 use arrow_array::{Array, ArrayRef, ArrowPrimitiveType, BooleanArray, PrimitiveArray, StringArray};
-use arrow_schema::{DataType, Field, TimeUnit};
+use arrow_schema::{DataType, Field};
 use numpy::IntoPyArray;
+use polars::prelude::{
+    ChunkedArray, DataType as PolarsType, PolarsNumericType, PolarsResult, Series, TimeUnit,
+};
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tipwatch_analyze::base::number::short;
-use tipwatch_analyze::screen::Times;
-use tipwatch_analyze::tables::series::{Known, Series};
-use tipwatch_analyze::tables::values::Values;
 
-/// The values of a column; numbers of which none is missing keep their memory.
-pub(crate) fn array(values: Values) -> ArrayRef {
-    match values {
-        Values::Boolean(known) => Arc::new(BooleanArray::from_iter(known.rows())),
-        Values::Single(known) => numbers::<Float32Type>(known),
-        Values::Double(known) => numbers::<Float64Type>(known),
-        Values::Int32(known) => numbers::<Int32Type>(known),
-        Values::Int64(known) => numbers::<Int64Type>(known),
-        Values::UInt32(known) => numbers::<UInt32Type>(known),
-        Values::UInt64(known) => numbers::<UInt64Type>(known),
-        Values::Text(known) => Arc::new(StringArray::from_iter(known.rows())),
-        Values::Numbers(lists) => {
+/// The values of a column.
+///
+/// # Errors
+/// There are none of such a type in tables.
+pub(crate) fn array(values: &Series) -> PolarsResult<ArrayRef> {
+    use TimeUnit::{Microseconds, Milliseconds, Nanoseconds};
+    Ok(match values.dtype() {
+        PolarsType::Boolean => Arc::new(BooleanArray::from_iter(values.bool()?.iter())),
+        PolarsType::Float32 => numbers::<Float32Type, _>(values.f32()?),
+        PolarsType::Float64 => numbers::<Float64Type, _>(values.f64()?),
+        PolarsType::Int64 => numbers::<Int64Type, _>(values.i64()?),
+        PolarsType::UInt32 => numbers::<UInt32Type, _>(values.u32()?),
+        PolarsType::UInt64 => numbers::<UInt64Type, _>(values.u64()?),
+        PolarsType::Date => numbers::<Date32Type, _>(values.date()?.physical()),
+        PolarsType::Datetime(unit, _) => {
+            let counts = values.datetime()?.physical();
+            match unit {
+                Milliseconds => numbers::<TimestampMillisecondType, _>(counts),
+                Microseconds => numbers::<TimestampMicrosecondType, _>(counts),
+                Nanoseconds => numbers::<TimestampNanosecondType, _>(counts),
+            }
+        }
+        PolarsType::Duration(unit) => {
+            let counts = values.duration()?.physical();
+            match unit {
+                Milliseconds => numbers::<DurationMillisecondType, _>(counts),
+                Microseconds => numbers::<DurationMicrosecondType, _>(counts),
+                Nanoseconds => numbers::<DurationNanosecondType, _>(counts),
+            }
+        }
+        PolarsType::List(of) if **of == PolarsType::Float64 => {
             let element = Field::new(ELEMENT, DataType::Float64, true);
             let mut builder = ListBuilder::new(Float64Builder::new()).with_field(element);
-            lists.rows().for_each(|row| builder.append_option(row));
+            for list in values.list()?.amortized_iter() {
+                match list {
+                    Some(list) => builder.append_value(list.as_ref().f64()?.iter()),
+                    None => builder.append_null(),
+                }
+            }
             Arc::new(builder.finish())
         }
-        Values::Texts(lists) => {
+        PolarsType::List(_) => {
             let element = Field::new(ELEMENT, DataType::Utf8, true);
             let mut builder = ListBuilder::new(StringBuilder::new()).with_field(element);
-            lists.rows().for_each(|row| builder.append_option(row));
+            for list in values.list()?.amortized_iter() {
+                match list {
+                    Some(list) => builder.append_value(list.as_ref().str()?.iter()),
+                    None => builder.append_null(),
+                }
+            }
             Arc::new(builder.finish())
         }
-    }
+        _ => Arc::new(StringArray::from_iter(values.str()?.iter())),
+    })
 }
 
-/// Whole numbers as the times that they count.
-pub(crate) fn times(numbers: &ArrayRef, kind: Times) -> ArrayRef {
-    fn of<T: ArrowPrimitiveType<Native = i64>>(numbers: &ArrayRef) -> ArrayRef {
-        let numbers = numbers.as_primitive::<Int64Type>();
-        Arc::new(numbers.reinterpret_cast::<T>())
-    }
-    match kind {
-        Times::Days => {
-            let days = numbers.as_primitive::<Int32Type>();
-            Arc::new(days.reinterpret_cast::<Date32Type>())
-        }
-        Times::Instants(1_000) => of::<TimestampMillisecondType>(numbers),
-        Times::Instants(1_000_000) => of::<TimestampMicrosecondType>(numbers),
-        Times::Instants(_) => of::<TimestampNanosecondType>(numbers),
-        Times::Durations(1_000) => of::<DurationMillisecondType>(numbers),
-        Times::Durations(1_000_000) => of::<DurationMicrosecondType>(numbers),
-        Times::Durations(_) => of::<DurationNanosecondType>(numbers),
+fn numbers<A, P>(values: &ChunkedArray<P>) -> ArrayRef
+where
+    A: ArrowPrimitiveType,
+    P: PolarsNumericType<Native = A::Native>,
+{
+    match values.has_nulls() {
+        true => Arc::new(PrimitiveArray::<A>::from_iter(values.iter())),
+        false => Arc::new(PrimitiveArray::<A>::from_iter_values(
+            values.iter().flatten(),
+        )),
     }
 }
 
 /// The type of NumPy with the same times; `None` for what is none.
 fn dtype_of_times(kind: &DataType) -> Option<String> {
-    let unit = |unit: &TimeUnit| match unit {
-        TimeUnit::Second => "s",
-        TimeUnit::Millisecond => "ms",
-        TimeUnit::Microsecond => "us",
-        TimeUnit::Nanosecond => "ns",
+    let unit = |unit: &arrow_schema::TimeUnit| match unit {
+        arrow_schema::TimeUnit::Second => "s",
+        arrow_schema::TimeUnit::Millisecond => "ms",
+        arrow_schema::TimeUnit::Microsecond => "us",
+        arrow_schema::TimeUnit::Nanosecond => "ns",
     };
     match kind {
         DataType::Date32 => Some("datetime64[D]".into()),
@@ -144,16 +167,6 @@ pub(crate) fn view_of<'py>(
 
 /// Name of the elements of a list, as in the files.
 const ELEMENT: &str = "element";
-
-fn numbers<T: ArrowPrimitiveType>(known: Known<Vec<T::Native>>) -> ArrayRef
-where
-    Vec<T::Native>: for<'a> Series<Item<'a> = T::Native>,
-{
-    match known.into_all() {
-        Ok(values) => Arc::new(PrimitiveArray::<T>::new(values.into(), None)),
-        Err(known) => Arc::new(PrimitiveArray::<T>::from_iter(known.rows())),
-    }
-}
 
 /// The numbers of a column in pieces as an array of NumPy: of 64 bits, whole where none is missing; what is missing is NaN.
 ///

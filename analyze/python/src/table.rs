@@ -16,10 +16,9 @@ use arrow_select::interleave::interleave_record_batch;
 use pyo3::exceptions::{PyImportError, PyIndexError, PyKeyError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyCapsule, PyDict, PyIterator, PyList, PySlice};
-use tipwatch_analyze::screen::Answer;
 use tipwatch_analyze::tables::table;
 
-use crate::arrays::{array, numbers_of, object_of, text_of, times, view_of};
+use crate::arrays::{array, numbers_of, object_of, text_of, view_of};
 use crate::call::error::{Mistake, exception, of_kind};
 use crate::call::pickle::{Reduced, reduced};
 
@@ -43,24 +42,8 @@ pub(crate) struct Table {
 
 impl Table {
     /// A table of one block.
-    pub(crate) fn of(block: table::Table) -> anyhow::Result<Self> {
+    pub(crate) fn of(block: &table::Table) -> anyhow::Result<Self> {
         Ok(batch(block)?.into())
-    }
-
-    /// The table of an answer, with its types of times.
-    pub(crate) fn of_answer(answer: &Answer) -> anyhow::Result<Self> {
-        let batch = batch(answer.table()?)?;
-        let schema = batch.schema();
-        let columns = schema.fields().iter().zip(batch.columns());
-        let (fields, arrays): (Vec<_>, Vec<_>) = columns
-            .zip(answer.times())
-            .map(|((field, array), kind)| {
-                let array = kind.map_or_else(|| Arc::clone(array), |kind| times(array, kind));
-                let field = Field::clone(field).with_data_type(array.data_type().clone());
-                (field, array)
-            })
-            .unzip();
-        Ok(RecordBatch::try_new(Arc::new(Schema::new(fields)), arrays)?.into())
     }
 }
 
@@ -99,7 +82,7 @@ impl Chunks {
     ///
     /// # Errors
     /// It has other columns, or lacks one that is kept.
-    pub(crate) fn take(&mut self, block: table::Table) -> anyhow::Result<()> {
+    pub(crate) fn take(&mut self, block: &table::Table) -> anyhow::Result<()> {
         let mut batch = batch(block)?;
         if let Some(columns) = &self.columns {
             let schema = batch.schema();
@@ -138,14 +121,13 @@ impl Chunks {
     }
 }
 
-/// A block as a record batch, which takes over the memory of its numbers.
-fn batch(block: table::Table) -> anyhow::Result<RecordBatch> {
+/// A block as a record batch.
+fn batch(block: &table::Table) -> anyhow::Result<RecordBatch> {
     let (mut fields, mut arrays) = (Vec::new(), Vec::new());
-    for column in block.into_columns() {
+    for column in block.columns() {
         let unit = column.unit().map(|unit| (UNIT.to_owned(), unit.to_owned()));
-        let name = column.name().to_owned();
-        let array = array(column.into_values());
-        let field = Field::new(name, array.data_type().clone(), true);
+        let array = array(column.series())?;
+        let field = Field::new(column.name(), array.data_type().clone(), true);
         fields.push(field.with_metadata(unit.into_iter().collect::<HashMap<_, _>>()));
         arrays.push(array);
     }

@@ -32,7 +32,7 @@ mod totals;
 mod version;
 mod workers;
 
-pub use data_set::{Answer, NotAnswered, TABLES, Times, query};
+pub use data_set::{Answer, NotAnswered, TABLES, query};
 pub use failure::FailureKind;
 pub use fleet_file::Fleet;
 pub use gather::{PAGE, gather, totals_of};

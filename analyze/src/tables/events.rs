@@ -32,6 +32,8 @@ pub fn events(events: &[Event]) -> Table {
     table.add("split_flips_at", Some("-"), flips_at);
     table.add("load_min", Some("N"), end(0));
     table.add("load_max", Some("N"), end(1));
+    let measured = all().map(|e| e.measured_load_n);
+    table.add("load_measured", Some("N"), measured);
     table.add("judged_ns", Some("ns"), all().map(|e| e.judged_ns));
     table.add("any_split_ns", Some("ns"), all().map(|e| e.any_split_ns));
     table.add("rotation", Some("rad"), all().map(|e| e.rotation_rad));
@@ -44,10 +46,18 @@ pub fn events(events: &[Event]) -> Table {
     let explanation = fault().map(|f| f?.explanation.as_deref());
     table.add("explanation", None, explanation);
     let doubt = || all().map(|e| e.doubt.as_ref());
-    let right = doubt().map(|d| Some(d?.loads_are_right));
+    let right = all().map(|e| match (&e.doubt, &e.fault) {
+        (Some(doubt), _) => Some(doubt.loads_are_right),
+        (None, fault) => fault.as_ref()?.loads_are_right,
+    });
     table.add("loads_are_right", Some("-"), right);
     let doubted_by = doubt().map(|d| Some(d?.subjects.join("; ")));
     table.add("doubted_by", None, doubted_by);
+    let untested = all().map(|e| {
+        let joints = e.untested.iter().map(|sign| sign.joint.as_str());
+        Some(joints.collect::<Vec<_>>().join("; ")).filter(|joints| !joints.is_empty())
+    });
+    table.add("untested_signs", None, untested);
     add_causes(&mut table, events);
     for supposed in Supposition::ALL {
         let probability = all().map(|event| {
@@ -85,6 +95,7 @@ fn add_rotation(table: &mut Table, events: &[Event]) {
     let sigma = all().map(|r| r?.no_return_time_sigma_s);
     table.add("no_return_time_sigma", Some("s"), sigma);
     table.add("at_rest_ns", Some("ns"), all().map(|r| r?.at_rest_ns));
+    table.add("rested_ns", Some("ns"), all().map(|r| r?.rested_ns));
 }
 
 /// What took the load, up to the onset; null for events without a load and models without causes.
@@ -111,5 +122,89 @@ fn add_causes(table: &mut Table, events: &[Event]) {
             share.map(|share| share.taken_n)
         });
         table.add(format!("taken_by_{}", cause.name()), Some("N"), taken);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use schemars::schema_for;
+    use serde_json::Value;
+
+    use super::*;
+
+    /// Columns that are called otherwise than the key without its unit, by the path of the key in `summary.json`.
+    const CALLED_OTHERWISE: [(&str, &[&str]); 18] = [
+        ("load_range_n", &["load_min", "load_max"]),
+        ("measured_load_n", &["load_measured"]),
+        ("untested", &["untested_signs"]),
+        ("measured_rotation.shown_by", &["rotation_by"]),
+        ("measured_rotation.other_edge", &["rotation_other_edge"]),
+        ("measured_rotation.sigma_rad", &["rotation_sigma"]),
+        (
+            "measured_rotation.no_return_sigma_rad",
+            &["no_return_sigma"],
+        ),
+        (
+            "measured_rotation.no_return_time_sigma_s",
+            &["no_return_time_sigma"],
+        ),
+        ("causes.since_ns", &["causes_since_ns"]),
+        ("causes.since_is_steady", &["causes_since_is_steady"]),
+        ("causes.at_ns", &["causes_at_ns"]),
+        ("causes.otf_before_n", &["otf_before"]),
+        ("causes.otf_n", &["otf_at_onset"]),
+        ("causes.shares", &["taken_by_slope"]),
+        ("counterfactuals", &["probability_level_ground"]),
+        ("fault.kind", &["fault"]),
+        ("fault.loads_are_right", &["loads_are_right"]),
+        ("doubt.subjects", &["doubted_by"]),
+    ];
+
+    /// The paths of the keys of an object, those of objects in it behind their own.
+    fn keys(schema: &Value, of: &Value, path: &str, found: &mut BTreeSet<String>) {
+        for (key, value) in of["properties"].as_object().expect("an object") {
+            let path = match path {
+                "" => key.clone(),
+                path => format!("{path}.{key}"),
+            };
+            let or_null = value["anyOf"].as_array().into_iter().flatten();
+            let mut named = or_null.chain([value]).filter_map(|of| of["$ref"].as_str());
+            match named.next().and_then(|named| named.strip_prefix('#')) {
+                Some(pointer) => {
+                    let of = schema.pointer(pointer).expect("a definition");
+                    keys(schema, of, &path, found);
+                }
+                None => {
+                    found.insert(path);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn each_key_of_an_event_has_its_column() {
+        let schema = schema_for!(Event).to_value();
+        let mut found = BTreeSet::new();
+        keys(&schema, &schema, "", &mut found);
+        let table = events(&[]);
+        for path in &found {
+            let own = path.rsplit('.').next().unwrap_or(path);
+            let bare = ["_n", "_rad", "_kg"].into_iter();
+            let bare = bare.filter_map(|unit| own.strip_suffix(unit)).next();
+            let own = [bare.unwrap_or(own)];
+            let mut otherwise = CALLED_OTHERWISE.iter();
+            let columns = otherwise.find(|(of, _)| of == path);
+            for column in columns.map_or(&own[..], |(_, columns)| columns) {
+                assert!(
+                    table.column(column).is_some(),
+                    "{path} has no column {column}"
+                );
+            }
+        }
+        for (path, _) in CALLED_OTHERWISE {
+            assert!(found.contains(path), "no key {path}");
+        }
     }
 }

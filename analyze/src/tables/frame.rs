@@ -7,7 +7,7 @@ use polars::prelude::{
     BooleanChunked, Column, DataFrame, DataType, Float64Chunked, Float64Type, Int32Chunked,
     Int64Chunked, IntoColumn, IntoSeries, ListBuilderTrait, ListPrimitiveChunkedBuilder,
     ListStringChunkedBuilder, NamedFrom, NewChunkedArray, PolarsResult, Series, StringChunked,
-    UInt64Chunked,
+    UInt32Chunked, UInt64Chunked,
 };
 
 use crate::events::EventKind;
@@ -117,6 +117,7 @@ macro_rules! fields_of {
 fields_of! {
     f64 => Float64Chunked, "f64";
     i64 => Int64Chunked, "i64";
+    u32 => UInt32Chunked, "u32";
     u64 => UInt64Chunked, "u64";
 }
 
@@ -153,11 +154,25 @@ impl Field for Option<String> {
     }
 }
 
-impl Field for &'static str {
+impl Field for &str {
     const TYPE: &'static str = "str";
 
-    fn column<'a>(name: &str, values: impl ExactSizeIterator<Item = &'a Self>) -> Column {
+    fn column<'a>(name: &str, values: impl ExactSizeIterator<Item = &'a Self>) -> Column
+    where
+        Self: 'a,
+    {
         StringChunked::from_iter_values(name.into(), values.copied()).into_column()
+    }
+}
+
+impl Field for Option<&str> {
+    const TYPE: &'static str = "str";
+
+    fn column<'a>(name: &str, values: impl ExactSizeIterator<Item = &'a Self>) -> Column
+    where
+        Self: 'a,
+    {
+        StringChunked::from_iter_options(name.into(), values.copied()).into_column()
     }
 }
 

@@ -1,15 +1,11 @@
 //! Machine-readable results: table columns, Parquet files, `summary.json`, topics of `derived.mcap`.
 
-pub mod cell;
-pub(crate) mod collect;
 pub(crate) mod derived;
 pub mod events;
 pub mod frame;
 pub mod parquet;
 pub mod samples;
-pub mod series;
 pub mod states;
 pub mod studies;
 pub mod summary;
 pub mod table;
-pub mod values;

@@ -11,7 +11,6 @@ use tipwatch_mechanics::{
     ColumnNames, Contribution, OutcomeColumns, Quantity, RowColumn, StateColumns,
 };
 
-use super::collect;
 use super::table::Table;
 use crate::analysis::evaluation::scope;
 use crate::base::options::{Options, Precision};
@@ -35,7 +34,7 @@ pub fn samples(
     table.add(RowColumn::VALID.name, None, valid);
     let reasons = rows.reasons.iter();
     let reasons = reasons.map(|reasons| Some(reasons.iter().map(Reason::name)));
-    table.add_values(RowColumn::REASONS.name, None, collect::texts(reasons));
+    table.add_lists(RowColumn::REASONS.name, reasons);
     for (&quantity, values) in rows.outcomes.quantities.iter().zip(&rows.outcomes.columns) {
         let unit = quantity.kind().unit;
         table.add_known(quantity.column(&names), unit, precision, values);
@@ -169,10 +168,13 @@ fn add_verdicts(
     let stretches: Vec<(usize, Vec<String>)> = stretches
         .map(|rows| (rows.len(), rows[0].unproven.names(machine)))
         .collect();
-    let unproven = stretches
+    let unproven: Vec<&Vec<String>> = stretches
         .iter()
-        .flat_map(|(rows, names)| std::iter::repeat_n(Some(names), *rows));
-    table.add_values(RowColumn::UNPROVEN.name, None, collect::texts(unproven));
+        .flat_map(|(rows, names)| std::iter::repeat_n(names, *rows))
+        .collect();
+    let unproven = unproven.into_iter();
+    let unproven = unproven.map(|names| Some(names.iter().map(String::as_str)));
+    table.add_lists(RowColumn::UNPROVEN.name, unproven);
     let RowColumn { name, unit, .. } = RowColumn::TIME_TO_LIFT_OFF;
     table.add_known(name, unit, precision, &verdicts.time_to_lift_off_s);
     if let Some(predictions) = &verdicts.predictions {
@@ -185,6 +187,6 @@ fn add_verdicts(
             found.add_all(conditions.cautions);
             Some(found.iter().map(InputFault::name).collect::<Vec<_>>())
         });
-        table.add_values(RowColumn::INPUT_FAULTS.name, None, collect::texts(faults));
+        table.add_lists(RowColumn::INPUT_FAULTS.name, faults);
     }
 }

@@ -4,7 +4,6 @@ use tipwatch_mechanics::State;
 use tipwatch_mechanics::machine::{Axis, Machine, Parameter};
 use tipwatch_mechanics::state::Reason;
 
-use super::collect;
 use super::table::Table;
 use crate::base::estimated::EstimatedRows;
 use crate::base::options::Precision;
@@ -43,7 +42,7 @@ pub fn states(machine: &Machine, rows: &EstimatedRows) -> Table {
     table.add("time_ns", Some("ns"), rows.times_ns.iter().copied());
     let reasons = rows.reasons.iter();
     let reasons = reasons.map(|reasons| Some(reasons.iter().map(Reason::name)));
-    table.add_values("reasons", None, collect::texts(reasons));
+    table.add_lists("reasons", reasons);
     let signals = signals.iter();
     let named = signals.map(|signal| (signal.name(machine), signal.unit(machine)));
     let base = BASE

@@ -1,11 +1,15 @@
-//! A table: columns of equal length with names and units.
+//! A table: columns of equal length with names and units. Their values are those of polars.
 
 use std::borrow::Cow;
 
-use super::cell::Value;
-use super::collect::Cell;
-use super::series::Known;
-use super::values::Values;
+use polars::prelude::{
+    DataType, Float32Chunked, Float64Chunked, IntoSeries, ListBuilderTrait,
+    ListStringChunkedBuilder, NewChunkedArray, Series,
+};
+
+pub use polars::prelude::AnyValue as Value;
+
+use super::frame::Field;
 use crate::base::options::Precision;
 
 /// A table, or a block of rows of one.
@@ -17,48 +21,70 @@ pub struct Table {
 /// A column: name, unit, values. Times, truth values and texts may have no unit.
 #[derive(Debug, Clone)]
 pub struct Column {
-    name: String,
     unit: Option<Cow<'static, str>>,
-    values: Values,
+    values: Series,
 }
 
 impl Table {
     /// Adds a column.
-    pub(crate) fn add<T: Cell>(
+    pub(crate) fn add<T: Field>(
         &mut self,
-        name: impl Into<String>,
+        name: impl AsRef<str>,
         unit: Option<&'static str>,
         values: impl IntoIterator<Item = T>,
     ) {
-        self.add_values(name, unit.map(Cow::from), T::column(values.into_iter()));
+        let values: Vec<T> = values.into_iter().collect();
+        let column = T::column(name.as_ref(), values.iter());
+        self.add_series(unit.map(Cow::from), column.take_materialized_series());
     }
 
     /// Adds a column of numbers, null where they are not finite or beyond the precision's range.
     pub(crate) fn add_known(
         &mut self,
-        name: impl Into<String>,
+        name: impl AsRef<str>,
         unit: &'static str,
         precision: Precision,
         values: &[f64],
     ) {
-        let known: Values = match precision {
+        let name = name.as_ref().into();
+        let known = match precision {
             Precision::Single => {
-                let values = values.iter().map(|&value| value as f32).collect();
-                Known::where_known(values, f32::is_finite).into()
+                let values = values.iter().map(|&value| value as f32);
+                let known = values.map(|value| Some(value).filter(|value| value.is_finite()));
+                Float32Chunked::from_iter_options(name, known).into_series()
             }
-            Precision::Double => Known::where_known(values.to_vec(), f64::is_finite).into(),
+            Precision::Double if values.iter().all(|value| value.is_finite()) => {
+                Float64Chunked::from_slice(name, values).into_series()
+            }
+            Precision::Double => {
+                let known = values.iter().copied();
+                let known = known.map(|value| Some(value).filter(|value| value.is_finite()));
+                Float64Chunked::from_iter_options(name, known).into_series()
+            }
         };
-        self.add_values(name, Some(unit.into()), known);
+        self.add_series(Some(unit.into()), known);
     }
 
-    pub(crate) fn add_values(
+    /// Adds a column of lists of texts without a unit.
+    pub(crate) fn add_lists<'t, L: IntoIterator<Item = &'t str>>(
         &mut self,
-        name: impl Into<String>,
-        unit: Option<Cow<'static, str>>,
-        values: Values,
+        name: &str,
+        lists: impl ExactSizeIterator<Item = Option<L>>,
     ) {
-        let name = name.into();
-        self.columns.push(Column { name, unit, values });
+        let rows = lists.len();
+        let mut column = ListStringChunkedBuilder::new(name.into(), rows, rows);
+        for list in lists {
+            match list {
+                Some(list) => column.append_values_iter(list.into_iter()),
+                None => column.append_null(),
+            }
+        }
+        self.add_series(None, column.finish().into_series());
+    }
+
+    /// Adds a column that polars made.
+    pub(crate) fn add_series(&mut self, unit: Option<Cow<'static, str>>, values: Series) {
+        self.columns.push(Column { unit, values });
     }
 
     /// Number of rows.
@@ -73,21 +99,16 @@ impl Table {
         &self.columns
     }
 
-    /// The columns, each of which gives its values away.
-    pub fn into_columns(self) -> impl Iterator<Item = Column> {
-        self.columns.into_iter()
-    }
-
     /// The column of this name.
     #[must_use]
     pub fn column(&self, name: &str) -> Option<&Column> {
-        self.columns.iter().find(|column| column.name == name)
+        self.columns.iter().find(|column| column.name() == name)
     }
 
     /// Name and type of every column.
-    pub(super) fn names_and_types(&self) -> impl Iterator<Item = (&str, &'static str)> {
+    pub(super) fn names_and_types(&self) -> impl Iterator<Item = (&str, &DataType)> {
         let columns = self.columns.iter();
-        columns.map(|column| (column.name(), column.type_name()))
+        columns.map(|column| (column.name(), column.values.dtype()))
     }
 }
 
@@ -95,7 +116,7 @@ impl Column {
     /// Its name.
     #[must_use]
     pub fn name(&self) -> &str {
-        &self.name
+        self.values.name()
     }
 
     /// Its unit; `None` for what has none.
@@ -118,104 +139,103 @@ impl Column {
 
     /// Type of its values, as `f64`, `str`, `list[str]`.
     #[must_use]
-    pub fn type_name(&self) -> &'static str {
-        self.values.type_name()
+    pub fn type_name(&self) -> String {
+        self.values.dtype().to_string()
     }
 
-    /// Its values, by type.
+    /// Its values, as polars has them.
     #[must_use]
-    pub fn typed(&self) -> &Values {
+    pub fn series(&self) -> &Series {
         &self.values
-    }
-
-    /// The same, of a column that is no longer needed.
-    #[must_use]
-    pub fn into_values(self) -> Values {
-        self.values
     }
 
     /// Whether names, types and values are the same, to the bit.
     #[must_use]
     pub fn is_same(&self, other: &Self) -> bool {
-        self.name == other.name
-            && self.type_name() == other.type_name()
-            && self.len() == other.len()
-            && self
-                .values()
-                .zip(other.values())
-                .all(|(a, b)| a.is_same(&b))
+        self.name() == other.name() && is_same(&self.values, &other.values)
     }
 
     /// The value of every row.
-    pub fn values(&self) -> impl Iterator<Item = Value> {
-        self.values.rows()
+    pub fn values(&self) -> impl Iterator<Item = Value<'_>> {
+        (0..self.len()).map(|row| self.values.get(row).unwrap_or(Value::Null))
     }
 
     /// Whether its numbers have 32 bits.
     #[must_use]
     pub fn is_single(&self) -> bool {
-        matches!(self.values, Values::Single(_))
+        *self.values.dtype() == DataType::Float32
     }
 
     /// The numbers, NaN where there is none; `None` for a column of anything but floating-point numbers.
     #[must_use]
     pub fn numbers(&self) -> Option<Vec<f64>> {
-        match &self.values {
-            Values::Single(numbers) => Some(
-                numbers
-                    .rows()
-                    .map(|number| number.map_or(f64::NAN, f64::from))
-                    .collect(),
-            ),
-            Values::Double(numbers) => Some(
-                numbers
-                    .rows()
-                    .map(|number| number.unwrap_or(f64::NAN))
-                    .collect(),
-            ),
-            _ => None,
-        }
+        let numbers = match self.values.dtype() {
+            DataType::Float32 => self.values.cast(&DataType::Float64).ok()?,
+            _ => self.values.clone(),
+        };
+        let numbers = numbers.f64().ok()?.iter();
+        Some(numbers.map(|number| number.unwrap_or(f64::NAN)).collect())
     }
 
     /// The whole numbers; `None` for a column of anything else, or with nulls.
     #[must_use]
     pub fn integers(&self) -> Option<Vec<i64>> {
-        let integer = |value| match value {
-            Value::Integer(integer) => i64::try_from(integer).ok(),
-            _ => None,
-        };
-        self.values().map(integer).collect()
+        self.optional_integers()?.into_iter().collect()
     }
 
     /// The whole numbers, `None` where there is none; `None` for a column of anything else.
     #[must_use]
     pub fn optional_integers(&self) -> Option<Vec<Option<i64>>> {
-        let integer = |value| match value {
-            Value::Integer(integer) => i64::try_from(integer).ok().map(Some),
-            Value::Null => Some(None),
-            _ => None,
-        };
-        self.values().map(integer).collect()
+        if !self.values.dtype().is_integer() {
+            return None;
+        }
+        let integers = self.values.strict_cast(&DataType::Int64).ok()?;
+        Some(integers.i64().ok()?.iter().collect())
     }
 
     /// The truth values; `None` for a column of anything else, or with nulls.
     #[must_use]
     pub fn booleans(&self) -> Option<Vec<bool>> {
-        let boolean = |value| match value {
-            Value::Boolean(boolean) => Some(boolean),
-            _ => None,
-        };
-        self.values().map(boolean).collect()
+        self.values.bool().ok()?.iter().collect()
     }
 
     /// The texts, `None` where there is none; `None` for a column of anything else.
     #[must_use]
     pub fn texts(&self) -> Option<Vec<Option<String>>> {
-        let text = |value| match value {
-            Value::Text(text) => Some(Some(text)),
-            Value::Null => Some(None),
-            _ => None,
-        };
-        self.values().map(text).collect()
+        let texts = self.values.str().ok()?.iter();
+        Some(texts.map(|text| text.map(str::to_owned)).collect())
+    }
+}
+
+/// Whether types and values are the same, to the bit.
+fn is_same(a: &Series, b: &Series) -> bool {
+    if a.dtype() != b.dtype() || a.len() != b.len() {
+        return false;
+    }
+    match a.dtype() {
+        DataType::Float32 => match (a.f32(), b.f32()) {
+            (Ok(a), Ok(b)) => {
+                let bits = |number: Option<f32>| number.map(f32::to_bits);
+                a.iter().map(bits).eq(b.iter().map(bits))
+            }
+            _ => false,
+        },
+        DataType::Float64 => match (a.f64(), b.f64()) {
+            (Ok(a), Ok(b)) => {
+                let bits = |number: Option<f64>| number.map(f64::to_bits);
+                a.iter().map(bits).eq(b.iter().map(bits))
+            }
+            _ => false,
+        },
+        DataType::List(_) => match (a.list(), b.list()) {
+            (Ok(a), Ok(b)) => {
+                (0..a.len()).all(|row| match (a.get_as_series(row), b.get_as_series(row)) {
+                    (Some(a), Some(b)) => is_same(&a, &b),
+                    (a, b) => a.is_none() && b.is_none(),
+                })
+            }
+            _ => false,
+        },
+        _ => a.equals_missing(b),
     }
 }

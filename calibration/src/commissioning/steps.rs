@@ -19,35 +19,44 @@ pub(super) fn steps(comparison: &Comparison<'_>) -> Vec<Step> {
     let yaw = |k: usize| view.turning[k].z;
     let drives = |k: usize| speed(k).abs() > DRIVES;
     type Holds<'a> = Box<dyn Fn(usize) -> bool + 'a>;
-    let kinds: [(&str, Holds<'_>); 6] = [
-        ("stand", Box::new(|k| travel.stands[k])),
-        ("drive forward", Box::new(move |k| speed(k) > DRIVES)),
-        ("drive backward", Box::new(move |k| speed(k) < -DRIVES)),
+    // what it is called, also if the machine turned all round meanwhile, and when it is done
+    let kinds: [(&str, Option<&str>, Holds<'_>); 6] = [
+        ("stand", None, Box::new(|k| travel.stands[k])),
+        ("drive forward", None, Box::new(move |k| speed(k) > DRIVES)),
+        (
+            "drive backward",
+            None,
+            Box::new(move |k| speed(k) < -DRIVES),
+        ),
         (
             "brake",
+            None,
             Box::new(move |k| drives(k) && change(k) < -ACCELERATES),
         ),
-        ("turn left", Box::new(move |k| drives(k) && yaw(k) > TURNS)),
+        (
+            "turn left",
+            Some("circle left"),
+            Box::new(move |k| drives(k) && yaw(k) > TURNS),
+        ),
         (
             "turn right",
+            Some("circle right"),
             Box::new(move |k| drives(k) && yaw(k) < -TURNS),
         ),
     ];
     let mut steps = Vec::new();
-    for (what, holds) in &kinds {
+    for (what, all_round, holds) in &kinds {
         for run in runs(view.bins, holds) {
             let turned: f64 = run
                 .clone()
                 .map(|k| yaw(k) * STEP_S)
                 .filter(|t| t.is_finite())
                 .sum();
-            let what = match what.strip_prefix("turn ") {
-                Some(side) if turned.abs() > 0.9 * std::f64::consts::TAU => {
-                    format!("circle {side}")
-                }
-                _ => (*what).to_string(),
+            let what = match turned.abs() > 0.9 * std::f64::consts::TAU {
+                true => all_round.unwrap_or(what),
+                false => what,
             };
-            steps.push(step(what, &run));
+            steps.push(step(what.to_string(), &run));
         }
     }
     for moved in &comparison.moved {

@@ -151,7 +151,7 @@ impl Fleet {
     /// The answer to a question in SQL over the tables ``logs``, ``events`` and ``comparisons``, as of ``tipwatch query``.
     fn query(&self, py: Python<'_>, sql: &str) -> PyResult<Table> {
         let answer =
-            py.detach(|| query(&self.out, sql).and_then(|answer| Table::of_answer(&answer)));
+            py.detach(|| query(&self.out, sql).and_then(|answer| Table::of(&answer.table()?)));
         answer.map_err(|error| exception(&error))
     }
 

@@ -31,7 +31,7 @@ use crate::tables::frame::{ColumnInfo, Record};
 pub(super) use self::comparison::FleetComparison;
 pub(super) use self::log::{contradicts_margin, doubted, lifted};
 pub use not_answered::NotAnswered;
-pub use query::{Answer, Times, query};
+pub use query::{Answer, query};
 
 /// Version of the columns.
 pub(super) const DATA_SET_SCHEMA: u32 = 7;

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow};
 use polars::prelude::{
-    AnyValue, DataFrame, DataType, LazyFrame, PlRefPath, PolarsError, ScanArgsParquet, SchemaRef,
-    TimeUnit,
+    AnyValue, DataFrame, DataType, IntoSeries, LazyFrame, NewChunkedArray, PlRefPath, PolarsError,
+    ScanArgsParquet, SchemaRef, StringChunked, TimeUnit,
 };
 use polars::sql::{SQLContext, extract_table_identifiers};
 use serde_json::{Map, Value};
@@ -18,7 +18,6 @@ use super::log::FleetLog;
 use super::not_answered::{self, NotAnswered};
 use super::{COMPARISONS, FleetComparison, TABLES, is_table, parquet_writer};
 use crate::screen::place::Place;
-use crate::tables::collect::{Cell, of_frame};
 use crate::tables::frame::{Day, Record};
 use crate::tables::table::Table;
 
@@ -135,44 +134,45 @@ impl Answer {
         self.frame.height()
     }
 
-    /// The same as a table of results. Times are whole numbers, see [`Answer::times`].
+    /// The same as a table of results.
     ///
     /// # Errors
     /// A column has a type that such tables do not have.
     pub fn table(&self) -> Result<Table> {
         let mut table = Table::default();
         for column in self.frame.columns() {
-            let name = column.name().to_string();
+            let name = column.name().as_str();
             let known = TABLES.iter().flat_map(|(_, columns)| columns.iter());
             let unit = known
                 .filter(|known| known.name == name)
                 .find_map(|known| known.unit);
-            let values = match column.dtype() {
-                DataType::Date | DataType::Datetime(..) | DataType::Duration(_) => {
-                    of_frame(&column.to_physical_repr())
-                }
-                DataType::Int64 | DataType::UInt64 => of_frame(column),
-                whole if whole.is_integer() => of_frame(&column.cast(&DataType::Int64)?),
-                _ => of_frame(column),
-            };
             let texts = || {
                 let texts = (0..column.len()).map(|row| match json(&column.get(row).ok()?) {
                     Value::Null => None,
                     value => Some(text(&value)),
                 });
-                Cell::column(texts.collect::<Vec<Option<String>>>().into_iter())
+                StringChunked::from_iter_options(column.name().clone(), texts).into_series()
             };
-            let values = values.unwrap_or_else(texts);
-            table.add_values(name, unit.map(Cow::from), values);
+            let series = column.as_materialized_series();
+            let values = match column.dtype() {
+                DataType::Int64 | DataType::UInt64 => series.clone(),
+                whole if whole.is_integer() => series.cast(&DataType::Int64)?,
+                DataType::List(of) if !matches!(**of, DataType::Float64 | DataType::String) => {
+                    texts()
+                }
+                DataType::Boolean
+                | DataType::Float32
+                | DataType::Float64
+                | DataType::String
+                | DataType::Date
+                | DataType::Datetime(..)
+                | DataType::Duration(_)
+                | DataType::List(_) => series.clone(),
+                _ => texts(),
+            };
+            table.add_series(unit.map(Cow::from), values);
         }
         Ok(table)
-    }
-
-    /// What the whole numbers of each column of the table count, if they are times.
-    #[must_use]
-    pub fn times(&self) -> Vec<Option<Times>> {
-        let columns = self.frame.columns().iter();
-        columns.map(|column| Times::of(column.dtype())).collect()
     }
 
     /// The values of a row, as of JSON.
@@ -265,28 +265,6 @@ impl Answer {
             .finish(&mut self.frame.clone())
             .with_context(failed)?;
         Ok(())
-    }
-}
-
-/// A type of times in an answer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Times {
-    /// Days since 1970.
-    Days,
-    /// Time since 1970 (UTC) in parts of a second, so many to one.
-    Instants(i64),
-    /// A time in parts of a second, so many to one.
-    Durations(i64),
-}
-
-impl Times {
-    fn of(kind: &DataType) -> Option<Self> {
-        match kind {
-            DataType::Date => Some(Self::Days),
-            DataType::Datetime(unit, _) => Some(Self::Instants(parts(*unit))),
-            DataType::Duration(unit) => Some(Self::Durations(parts(*unit))),
-            _ => None,
-        }
     }
 }
 

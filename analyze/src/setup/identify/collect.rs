@@ -194,11 +194,10 @@ fn at_rest(log: &MeasuredLog, name: &str, slope_sigma: f64, data: &mut Data) -> 
         what: Measured::SpecificForce { axis },
         value: sum[axis] / count,
         sigma: SPECIFIC_FORCE,
-        channel: channel(
-            data,
+        channel: data.index_of(channel(
             format!("accelerometer {}", ["x", "y", "z"][axis]),
             "m/s^2",
-        ),
+        )),
     });
     let readings = readings.collect();
     Some(Source {

@@ -73,7 +73,10 @@ fn readings(
             what: Measured::Load { supports },
             value: load * newtons,
             sigma: sigma.map_or(default, |sigma| sigma * newtons),
-            channel: channel(data, format!("scale under {name}"), "N"),
+            channel: data.index_of(Channel {
+                is_load: true,
+                ..channel(format!("scale under {name}"), "N")
+            }),
         }
     };
     let mut found = Vec::new();
@@ -95,18 +98,18 @@ fn readings(
             what: Measured::SpecificForce { axis },
             value,
             sigma: sigma.unwrap_or(DEFAULT_SPECIFIC_FORCE),
-            channel: channel(data, name, "m/s^2"),
+            channel: data.index_of(channel(name, "m/s^2")),
         });
     }
     found
 }
 
-/// The channel of this name, without a constant error: that of an accelerometer is a parameter of the machine.
-pub(super) fn channel(data: &mut Data, name: String, unit: &'static str) -> usize {
-    data.index_of(Channel {
-        is_load: unit == "N" && name.starts_with("scale"),
+/// The channel of this name, of no load, without a constant error: that of an accelerometer is a parameter of the machine.
+pub(super) fn channel(name: String, unit: &'static str) -> Channel {
+    Channel {
+        is_load: false,
         name,
         unit,
         bias_sigma: 0.0,
-    })
+    }
 }

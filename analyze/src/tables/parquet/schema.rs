@@ -8,9 +8,9 @@ use std::sync::Arc;
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
 use parquet::errors::ParquetError;
 use parquet::schema::types::{Type, TypePtr};
+use polars::prelude::DataType;
 
 use crate::tables::table::Table;
-use crate::tables::values::Values;
 
 /// Definition level of a value of a column without lists; 0 is none.
 pub(super) const VALUE: i16 = 1;
@@ -24,27 +24,23 @@ pub(super) const ELEMENT: i16 = 3;
 /// The schema of a table.
 pub(super) fn schema(table: &Table) -> Result<TypePtr, ParquetError> {
     let columns = table.columns().iter();
-    let columns = columns.map(|column| column_type(column.name(), column.typed()));
+    let columns = columns.map(|column| column_type(column.name(), column.series().dtype()));
     let root = Type::group_type_builder("schema").with_fields(columns.collect::<Result<_, _>>()?);
     Ok(Arc::new(root.build()?))
 }
 
-fn column_type(name: &str, values: &Values) -> Result<TypePtr, ParquetError> {
+fn column_type(name: &str, kind: &DataType) -> Result<TypePtr, ParquetError> {
     let unsigned = |bits| Some(LogicalType::integer(bits, false));
-    match values {
-        Values::Boolean(_) => leaf(name, Physical::BOOLEAN, None),
-        Values::Single(_) => leaf(name, Physical::FLOAT, None),
-        Values::Double(_) => leaf(name, Physical::DOUBLE, None),
-        Values::Int32(_) => leaf(name, Physical::INT32, None),
-        Values::Int64(_) => leaf(name, Physical::INT64, None),
-        Values::UInt32(_) => leaf(name, Physical::INT32, unsigned(32)),
-        Values::UInt64(_) => leaf(name, Physical::INT64, unsigned(64)),
-        Values::Text(_) => leaf(name, Physical::BYTE_ARRAY, Some(LogicalType::String)),
-        Values::Numbers(_) => list(name, leaf("element", Physical::DOUBLE, None)?),
-        Values::Texts(_) => {
-            let element = leaf("element", Physical::BYTE_ARRAY, Some(LogicalType::String))?;
-            list(name, element)
-        }
+    match kind {
+        DataType::Boolean => leaf(name, Physical::BOOLEAN, None),
+        DataType::Float32 => leaf(name, Physical::FLOAT, None),
+        DataType::Float64 => leaf(name, Physical::DOUBLE, None),
+        DataType::Int64 => leaf(name, Physical::INT64, None),
+        DataType::UInt32 => leaf(name, Physical::INT32, unsigned(32)),
+        DataType::UInt64 => leaf(name, Physical::INT64, unsigned(64)),
+        DataType::String => leaf(name, Physical::BYTE_ARRAY, Some(LogicalType::String)),
+        DataType::List(of) => list(name, column_type("element", of)?),
+        other => Err(ParquetError::NYI(format!("columns of type {other}"))),
     }
 }
 

@@ -12,6 +12,7 @@ use parquet::file::metadata::KeyValue;
 use parquet::file::properties::{EnabledStatistics, WriterProperties};
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::ColumnPath;
+use polars::prelude::{DataType, Series};
 use rayon::prelude::*;
 
 use super::encode::{Chunk, encode};
@@ -19,7 +20,6 @@ use super::schema::schema;
 use super::{PROVENANCE, UNITS};
 use crate::base::provenance::Provenance;
 use crate::tables::table::Table;
-use crate::tables::values::Values;
 
 /// Rows of a page, which is compressed as a whole.
 const ROWS_OF_PAGE: usize = 1 << 13;
@@ -49,10 +49,10 @@ pub(crate) fn write(table: &Table, provenance: &Provenance, path: &Path) -> Resu
 pub(crate) struct TableWriter {
     path: String,
     /// Names and types of the columns.
-    columns: Vec<(String, &'static str)>,
+    columns: Vec<(String, DataType)>,
     file: SerializedFileWriter<BufWriter<File>>,
     /// Of each column, the values that do not fill a row group yet.
-    waiting: Vec<Values>,
+    waiting: Vec<Series>,
     rows_waiting: usize,
 }
 
@@ -86,13 +86,13 @@ impl TableWriter {
         Ok(Self {
             path: path.display().to_string(),
             columns: (like.names_and_types())
-                .map(|(name, of)| (name.to_owned(), of))
+                .map(|(name, of)| (name.to_owned(), of.clone()))
                 .collect(),
             file,
             waiting: like
                 .columns()
                 .iter()
-                .map(|column| column.typed().empty_like(ROWS_OF_GROUP))
+                .map(|column| column.series().clear())
                 .collect(),
             rows_waiting: 0,
         })
@@ -103,7 +103,7 @@ impl TableWriter {
     /// # Errors
     /// The file cannot be written, or the block has other columns.
     pub(crate) fn write(&mut self, block: &Table) -> Result<()> {
-        let columns = self.columns.iter().map(|(name, of)| (name.as_str(), *of));
+        let columns = self.columns.iter().map(|(name, of)| (name.as_str(), of));
         if !block.names_and_types().eq(columns) {
             bail!("{}: a block of the table has other columns", self.path);
         }
@@ -111,7 +111,7 @@ impl TableWriter {
         while at < block.rows() {
             let rows = (ROWS_OF_GROUP - self.rows_waiting).min(block.rows() - at);
             for (waiting, column) in self.waiting.iter_mut().zip(block.columns()) {
-                waiting.extend(column.typed(), at..at + rows);
+                waiting.append(&column.series().slice(at as i64, rows))?;
             }
             self.rows_waiting += rows;
             at += rows;
@@ -157,8 +157,9 @@ impl TableWriter {
             group.close()
         };
         write().with_context(|| format!("{}: cannot be written", self.path))?;
-        // what is left keeps its memory for the next rows
-        self.waiting.iter_mut().for_each(Values::clear);
+        for waiting in &mut self.waiting {
+            *waiting = waiting.clear();
+        }
         self.rows_waiting = 0;
         Ok(())
     }
@@ -179,11 +180,11 @@ fn properties(like: &Table, more: &[(&str, String)]) -> Result<WriterProperties>
         .set_statistics_enabled(EnabledStatistics::Chunk)
         .set_key_value_metadata(Some(metadata.collect()));
     for column in like.columns() {
-        let encoding = match column.typed() {
+        let encoding = match column.series().dtype() {
             // neighbours share sign, exponent and first digits: bytes of equal rank compress together
-            Values::Single(_) | Values::Double(_) => Encoding::BYTE_STREAM_SPLIT,
+            DataType::Float32 | DataType::Float64 => Encoding::BYTE_STREAM_SPLIT,
             // times rise in nearly equal steps
-            Values::Int64(_) => Encoding::DELTA_BINARY_PACKED,
+            DataType::Int64 => Encoding::DELTA_BINARY_PACKED,
             _ => continue,
         };
         let path = ColumnPath::from(column.name());
