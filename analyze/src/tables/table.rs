@@ -144,7 +144,6 @@ impl Column {
     }
 
     /// Its values, as polars has them.
-    #[must_use]
     pub fn series(&self) -> &Series {
         &self.values
     }
