@@ -357,6 +357,50 @@ fn a_supposition_is_as_certain_as_the_signs_that_the_log_has_shown() {
     assert!(!signs[0].is_empty() && signs[0] == signs[1], "{signs:?}");
 }
 
+/// The measured forces of supports change by what the loads by the split rule change: rows under a supposition are those as
+/// recorded where it changes nothing, and else those of the answers, the foot that carries nothing included.
+#[test]
+fn rows_as_supposed_follow_the_measured_forces() {
+    let log = data("crane.mcap");
+    let file = MachineFile::read(&log.with_extension("toml")).unwrap();
+    let with = |payload_kg, joints: &[(&str, f64)]| {
+        let joints = joints.iter().map(|&(name, offset)| (name.into(), offset));
+        let suppositions = Suppositions {
+            payload_kg,
+            joints: joints.collect(),
+            ..Suppositions::default()
+        };
+        let sides = suppose(&log, &file, Options::default(), &suppositions).unwrap();
+        let replies = replies(&sides[0], &sides[1], &suppositions);
+        let (_, reply) = replies.first().unwrap();
+        let reply = reply.clone();
+        (sides, reply)
+    };
+    let least = |analysis: &Analysis| {
+        let wheels = analysis.digest.wheels.iter();
+        wheels
+            .map(|wheel| wheel.least_otf.unwrap().1)
+            .collect::<Vec<_>>()
+    };
+    let ([recorded, unchanged], reply) = with(None, &[("luff", 0.0)]);
+    for (a, b) in least(&recorded).into_iter().zip(least(&unchanged)) {
+        assert!((a - b).abs() < 1e-6 * a.abs().max(1e3), "{a} {b}");
+    }
+    assert_eq!(recorded.digest.valid_rows, unchanged.digest.valid_rows);
+    let lift = lift(&recorded).unwrap();
+    assert_eq!(reply.otf_n, reply.recorded_otf_n);
+    let foot = recorded.machine.wheel_named(&lift.subject).unwrap();
+    for more_kg in [-200.0, 300.0] {
+        let ([_, supposed], reply) = with(Some(more_kg), &[]);
+        assert_eq!(recorded.digest.valid_rows, supposed.digest.valid_rows);
+        let (answered, found) = (reply.otf_n.unwrap(), least(&supposed)[foot]);
+        assert!(
+            (answered - found).abs() < 0.02 * answered.abs(),
+            "{more_kg} kg: {answered} {found}"
+        );
+    }
+}
+
 /// A tipping that only the loads show is judged where it is deepest, not where it begins.
 #[test]
 fn a_tipping_by_the_loads_is_judged_in_its_worst_row() {

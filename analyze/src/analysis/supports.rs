@@ -79,6 +79,7 @@ pub(super) fn of_rows(
         sets: (machines.into_iter())
             .map(|machine| SupportSet::new(machine, &named, scope))
             .collect(),
+        are_measured: true,
     };
     notes.extend(told(&named, &sets, &timeline, times_ns));
     loaded.notes.extend(notes);

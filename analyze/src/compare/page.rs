@@ -1,7 +1,7 @@
 //! `comparison.html`: the comparison as a page. One file without scripts.
 
 use maud::{Markup, html};
-use tipwatch_language::{say, told, word};
+use tipwatch_language::{decimals, say, told, word};
 
 use super::comparison::Comparison;
 use super::facts::{FactDifference, formatted};
@@ -128,7 +128,7 @@ fn series(comparison: &Comparison) -> Markup {
     let rows = shown.map(|column| {
         let relative = column
             .relative
-            .map_or(String::new(), |r| format!("{:.2} %", 100.0 * r));
+            .map_or(String::new(), |r| decimals(format!("{:.2} %", 100.0 * r)));
         let of = [column.mean, column.rms, column.largest].map(number);
         let name = [column.in_words()].into_iter();
         name.chain(of)

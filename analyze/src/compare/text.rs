@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use tipwatch_language::{say, told, word};
+use tipwatch_language::{decimals, say, told, word};
 
 use super::comparison::Comparison;
 use super::facts::{EventPair, EventSide, FactDifference, formatted};
@@ -218,7 +218,7 @@ fn add_series(comparison: &Comparison, all: bool, text: &mut String) {
         if within(&mut counted, &column.unit, most) {
             let relative = column
                 .relative
-                .map_or(String::new(), |r| format!("{:.2} %", 100.0 * r));
+                .map_or(String::new(), |r| decimals(format!("{:.2} %", 100.0 * r)));
             let _ = writeln!(
                 text,
                 "{:42} {:>12} {:>12} {:>12} {relative:>9} {}",

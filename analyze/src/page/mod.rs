@@ -14,7 +14,7 @@ pub(crate) use chart::{Curve, chart};
 pub(crate) use column::Columns;
 pub(crate) use decimate::{Point, Thinned, VALUES, rows_to_draw, together};
 pub(crate) use document::{
-    Document, Plots, Program, Scripts, foot, json_script, library, packed_script,
+    Document, Plots, Program, Scripts, json_script, library, packed_script,
 };
 pub(crate) use elements::{Bar, bars, facts, list, part, section, table, table_of, whole};
 pub(crate) use figure::{Figure, Look, MOST_POINTS, Trace, figures, figures_help};

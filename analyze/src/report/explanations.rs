@@ -1,7 +1,7 @@
 //! What explains the loads: causes of events, sensitivity, models, stated uncertainties.
 
 use maud::{Markup, html};
-use tipwatch_language::{say, word};
+use tipwatch_language::{decimals, say, word};
 use tipwatch_mechanics::Parameter;
 
 use super::findings::{MOST_OF_KIND, Scene, worst_of_each_kind};
@@ -47,7 +47,7 @@ pub(super) fn causes(analysis: &Analysis) -> Markup {
         let listed = shares.filter(|share| share.percent.abs() >= LEAST_PERCENT);
         rows.extend(listed.enumerate().map(|(place, share)| {
             let once = |text: String| if place == 0 { text } else { String::new() };
-            let seconds = |time_ns: i64| once(format!("{:.2}", scene.seconds(time_ns)));
+            let seconds = |time_ns: i64| once(decimals(format!("{:.2}", scene.seconds(time_ns))));
             [
                 (word!("Event"), once(names.join(", "))),
                 (word!("From [s]"), seconds(causes.since_ns)),
@@ -93,7 +93,7 @@ pub(super) fn sensitivity(analysis: &Analysis) -> Markup {
     let optional = |value: Option<f64>| value.map_or("–".into(), short);
     let cells = rows.iter().take(MOST_PARAMETERS).map(|row| {
         let unit = row.parameter.unit(machine).trim_start_matches('-');
-        let share = format!("{:.1}", 100.0 * row.variance_share);
+        let share = decimals(format!("{:.1}", 100.0 * row.variance_share));
         [
             (word!("Parameter"), in_words(row.parameter, machine)),
             (word!("Unit"), unit.into()),

@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 use nalgebra::{Vector2, Vector3};
-use tipwatch_language::{say, word};
+use tipwatch_language::{decimals, say, word};
 use tipwatch_mechanics::machine::{SupportKind, Wheel};
 use tipwatch_mechanics::{Placement, Quantity, State};
 
@@ -282,9 +282,9 @@ impl View<'_> {
                 _ if self.contradicted => String::new(),
                 // plus zero: no sign before zero
                 true if largest >= 1000.0 => {
-                    format!("{:.1} kN", (load / 100.0).round() / 10.0 + 0.0)
+                    decimals(format!("{:.1} kN", (load / 100.0).round() / 10.0 + 0.0))
                 }
-                true => format!("{:.1} N", (load * 10.0).round() / 10.0 + 0.0),
+                true => decimals(format!("{:.1} N", (load * 10.0).round() / 10.0 + 0.0)),
                 false => word!("unknown").into(),
             };
             let up = drawing.room(*at, beside, [&facts.name, &load], &arm, &mut placed);

@@ -1,7 +1,7 @@
 //! The tables of the report: events, inputs, limitations, provenance.
 
 use maud::{Markup, html};
-use tipwatch_language::{say, word};
+use tipwatch_language::{decimals, say, word};
 
 use super::findings::Scene;
 use super::when::Calendar;
@@ -72,7 +72,7 @@ fn grouped(scene: &Scene, events: &[&Event]) -> Markup {
             (word!("Input and fault"), name.clone()),
             (word!("Times"), events.len().to_string()),
             (word!("Samples"), samples.unwrap_or_else(|| "–".into())),
-            (word!("Total duration [s]"), format!("{total:.2}")),
+            (word!("Total duration [s]"), decimals(format!("{total:.2}"))),
             (word!("First at [s]"), seconds(first)),
             (word!("Last at [s]"), seconds(last)),
             (word!("Worst value"), worst.unwrap_or_else(|| "–".into())),
@@ -82,10 +82,10 @@ fn grouped(scene: &Scene, events: &[&Event]) -> Markup {
 }
 
 fn event_row(scene: &Scene, calendar: Calendar, event: &Event) -> [(String, String); 10] {
-    let seconds = |time_ns: i64| format!("{:.2}", scene.seconds(time_ns));
+    let seconds = |time_ns: i64| decimals(format!("{:.2}", scene.seconds(time_ns)));
     let worst = match event.kind {
         _ if !event.worst.is_finite() => number(event.worst),
-        EventKind::TipOver => format!("{:.1}°", event.worst.to_degrees()),
+        EventKind::TipOver => decimals(format!("{:.1}°", event.worst.to_degrees())),
         _ => with_unit(event.worst, event.unit),
     };
     let end = event.end_ns.map(seconds);
@@ -154,7 +154,7 @@ fn input_row(input: &Input) -> [(&'static str, String); 12] {
         count => say!("{count}, longest {longest_gap:.2} s"),
     };
     let messages = timing.message_count as u64 + input.undecodable;
-    let rate = timing.rate_hz.map(|rate| format!("{rate:.1}"));
+    let rate = timing.rate_hz.map(|rate| decimals(format!("{rate:.1}")));
     [
         (word!("Signal"), readable(input.signal)),
         (word!("Topic"), input.topic.clone()),

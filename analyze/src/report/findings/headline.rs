@@ -1,6 +1,6 @@
 //! What a finding says of an incident or an event in its first line.
 
-use tipwatch_language::{is_english, say, word};
+use tipwatch_language::{decimals, is_english, say, word};
 
 use super::incident::Incident;
 use super::rank::rank;
@@ -111,13 +111,13 @@ impl Scene {
             Bound::At | Bound::AtOrAfter => "",
             Bound::AtOrBefore => word!(" or earlier"),
         };
-        format!("t = {:.2}{band} s{earlier}", self.seconds(event.start_ns))
+        decimals(format!("t = {:.2}{band} s{earlier}", self.seconds(event.start_ns)))
     }
 
     /// A time of the end of an event with its band.
     pub(in crate::report) fn end(&self, event: &Event, end_ns: i64) -> String {
         let band = event.end_sigma_s.map_or(String::new(), band);
-        format!("{:.2}{band} s", self.seconds(end_ns))
+        decimals(format!("{:.2}{band} s", self.seconds(end_ns)))
     }
 
     fn lasting(&self, event: &Event) -> String {
@@ -329,7 +329,7 @@ impl Scene {
 
 /// Two standard deviations of a time (s).
 fn band(sigma_s: f64) -> String {
-    format!(" ± {:.2}", (2.0 * sigma_s).max(0.01))
+    decimals(format!(" ± {:.2}", (2.0 * sigma_s).max(0.01)))
 }
 
 /// Whether the log ends while the machine tips about an edge, before it has tipped over.

@@ -1,9 +1,9 @@
 //! What happened, in the order in which a witness would tell it.
 
 use tipwatch_language::{say, word};
-use tipwatch_mechanics::State;
+use tipwatch_mechanics::{Quantity, State};
 
-use super::answers::{self, capital, reserve};
+use super::answers::{self, capital, condition, doubt, reserve};
 use crate::analysis::Analysis;
 use crate::events::{Bound, Event, EventKind, ShownBy};
 use crate::page::number;
@@ -43,12 +43,14 @@ fn before(
     let earlier = earlier.filter(|it| it.gravest().is_fact());
     let earlier = earlier.min_by_key(|it| it.start_ns()).map(|it| {
         let event = it.gravest();
-        let close = say!(
-            "It had come close from {}: {}{}.",
-            scene.start(event),
-            scene.step(event),
-            reserve(scene, event)
-        );
+        let close = least_load(analysis, scene, event).unwrap_or_else(|| {
+            say!(
+                "It had come close from {}: {}{}.",
+                scene.start(event),
+                scene.step(event),
+                reserve(scene, event)
+            )
+        });
         (event.start_ns, close)
     });
     let causes = (incident.with_causes())
@@ -81,6 +83,26 @@ fn before(
     told.sort_by_key(|(at_ns, _)| *at_ns);
     let told: Vec<String> = told.into_iter().map(|(_, text)| text).collect();
     (!told.is_empty()).then(|| told.join(" "))
+}
+
+/// Of a wheel that may or may not have been below its limit, what it carried: that is sure within its band.
+fn least_load(analysis: &Analysis, scene: &Scene, event: &Event) -> Option<String> {
+    doubt(event.certainty).filter(|_| event.kind == EventKind::WheelLight)?;
+    let wheel = analysis.machine.wheel_named(&event.subject)?;
+    let row = analysis.rows.at(event.worst_ns);
+    let found = analysis.rows.window(row..row + 1);
+    let [load_n, sigma_n] =
+        [Quantity::Load(wheel), Quantity::LoadSigma(wheel)].map(|of| found.value(of, 0));
+    (load_n.is_finite() && sigma_n.is_finite()).then(|| {
+        say!(
+            "It had come close at t = {:.2} s: {} carried {} ± {} N{}.",
+            scene.seconds(event.worst_ns),
+            scene.support(event),
+            number(load_n),
+            number(2.0 * sigma_n),
+            condition(scene, event)
+        )
+    })
 }
 
 /// What a steady machine did in the half second before: it moved at a speed that its wheels show beyond their scatter, or it
