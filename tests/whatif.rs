@@ -401,6 +401,34 @@ fn rows_as_supposed_follow_the_measured_forces() {
     }
 }
 
+/// A wheel that leaves the ground as the machine tips carries nothing, though held to the ground with all others it would: the
+/// figures do not contradict the event.
+#[test]
+fn a_wheel_off_the_ground_has_no_load_beside_it() {
+    let log = Path::new(env!("CARGO_MANIFEST_DIR")).join("../analyze/demo/demo.mcap");
+    let file = MachineFile::read(&log.with_extension("toml")).unwrap();
+    let heavier = Suppositions {
+        payload_kg: Some(300.0),
+        ..Suppositions::default()
+    };
+    let [recorded, supposed] = suppose(&log, &file, Options::default(), &heavier).unwrap();
+    let sides = [(&recorded, "as recorded"), (&supposed, "as supposed")];
+    let [a, b] = sides.map(|(analysis, name)| Side::of_analysis(analysis, name).unwrap());
+    let found = compare(&a, &b);
+    let lifts = found.events.iter().filter(|pair| pair.kind == "wheel_lift");
+    let lifted: Vec<String> = lifts
+        .filter(|pair| pair.b.is_some())
+        .map(|pair| pair.subject.to_uppercase())
+        .collect();
+    assert!(lifted.contains(&"FL".to_owned()), "{lifted:?}");
+    for wheel in lifted {
+        let name = format!("least OTF, {wheel}");
+        let fact = found.facts.iter().find(|fact| fact.name == name).unwrap();
+        let is_off = fact.b.map_or(fact.why_not.is_some(), |least| least <= 0.0);
+        assert!(is_off, "{fact:?}");
+    }
+}
+
 /// A tipping that only the loads show is judged where it is deepest, not where it begins.
 #[test]
 fn a_tipping_by_the_loads_is_judged_in_its_worst_row() {
@@ -588,6 +616,12 @@ fn an_advised_load_can_be_supposed() {
             "{log:?}: {reply:?} {change:?}"
         );
         assert!(change.chance.is_some(), "{change:?}");
+        // and one standard deviation, that of the changed state
+        let [sigma_n, advised_n] = [reply.sigma_n, change.otf_sigma_n].map(Option::unwrap);
+        assert!(
+            (sigma_n - advised_n).abs() < 1e-6 * sigma_n,
+            "{log:?}: {sigma_n} {advised_n}"
+        );
         compared += 1;
     }
     assert!(compared >= 2, "{compared}");

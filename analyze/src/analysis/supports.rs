@@ -162,7 +162,7 @@ fn told(
     }
     for (why, total_s) in unknown {
         notes.push(say!(
-            "For {} s the loads are unknown (reason supports_unknown): {why}.",
+            "For {} s the loads are unknown: {why}.",
             short(total_s)
         ));
     }

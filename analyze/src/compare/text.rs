@@ -214,7 +214,8 @@ fn add_series(comparison: &Comparison, all: bool, text: &mut String) {
     );
     let mut counted = (String::new(), 0);
     let shown = series.columns.iter();
-    for column in shown.filter(|column| all || !column.is_derivative()) {
+    let shown = shown.filter(|column| !column.is_variance() && (all || !column.is_derivative()));
+    for column in shown {
         if within(&mut counted, &column.unit, most) {
             let relative = column
                 .relative

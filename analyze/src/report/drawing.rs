@@ -215,7 +215,7 @@ impl Drawing {
         let y = tenth(height - 8.0);
         self.body.push(html! {
             line class="dimension" x1="8" y1=(y) x2=(tenth(8.0 + length)) y2=(y) {}
-            text x="8" y=(tenth(height - 12.0)) font-size=(tenth(LETTERS)) text-anchor="start" { (metres) " m" }
+            text x="8" y=(tenth(height - 12.0)) font-size=(tenth(LETTERS)) text-anchor="start" { (decimals(format!("{metres} m"))) }
         });
         html! {
             figure.drawing {

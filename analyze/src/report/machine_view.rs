@@ -105,7 +105,7 @@ pub(super) fn loads(analysis: &Analysis, row: usize) -> Markup {
             ),
             ("± 2 σ [N]", sigma),
             (word!("Load, any split [N]"), any_split),
-            ("OTF [N]", number(value(Quantity::Otf(wheel)))),
+            (word!("OTF [N]"), number(value(Quantity::Otf(wheel)))),
             (word!("At rest [N]"), number(at_rest)),
         ]
     });
@@ -428,13 +428,13 @@ impl View<'_> {
             Across::Length => word!("From the right, forward is to the right").into(),
             // neither picture has a line for it
             Across::Width => format!(
-                "{}; {} {:.2} m",
+                "{}; {} {}",
                 word!("From behind, left is to the left"),
                 match self.is_on_wheels() {
                     true => word!("wheelbase"),
                     false => word!("support length"),
                 },
-                self.length()
+                decimals(format!("{:.2} m", self.length()))
             ),
         };
         let shown = match self.contradicted {

@@ -88,12 +88,7 @@ struct RodStep<T> {
 }
 
 impl<T: Real> RodStep<T> {
-    fn new(
-        machine: &Machine,
-        state: &State<T>,
-        motions: &[BodyMotion<T>],
-        linkage: usize,
-    ) -> Self {
+    fn new(machine: &Machine, state: &State<T>, motions: &[BodyMotion<T>], linkage: usize) -> Self {
         let linkage = &machine.linkages[linkage];
         let [pivot, cylinder, rod] = followed_by(linkage, state).map(|by| by.coordinate);
         let axis = |body: usize| z_axis(&motions[body].rotation);

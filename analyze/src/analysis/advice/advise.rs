@@ -259,7 +259,11 @@ impl Told<'_> {
         let (machine, logged, found) = (self.machine, self.logged, &solution.margins);
         let (least_otf_n, place) = found.otf[self.worst.wheel];
         let row = self.window.rows[place];
-        let sigmas = sigmas(self.window, Some((candidate.change, solution.amount)), found);
+        let sigmas = sigmas(
+            self.window,
+            Some((candidate.change, solution.amount)),
+            found,
+        );
         let sign = candidate.change.sign();
         let of_wheel = |(wheel, spec): (usize, &tipwatch_mechanics::machine::Wheel)| {
             let margins = WheelMargins {

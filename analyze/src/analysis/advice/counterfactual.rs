@@ -315,8 +315,7 @@ impl<'a> Question<'a> {
         let is_own = |factor: &f64| *factor > 0.0;
         let wheel = self.factors.iter().position(is_own)?;
         let changed = machine.changed(&[(Parameter::RollMomentDistribution, SHARE_STEP)]);
-        let of_wheel =
-            |evaluator: &BatchEvaluator| otf(&self.window, evaluator).swap_remove(wheel);
+        let of_wheel = |evaluator: &BatchEvaluator| otf(&self.window, evaluator).swap_remove(wheel);
         let (by_stated, by_other) = (
             of_wheel(&self.window.evaluator),
             of_wheel(&Window::evaluator(&changed)),

@@ -83,7 +83,11 @@ pub(super) fn least_sum(window: &Window, factors: &[f64]) -> Option<(f64, usize)
 }
 
 /// The smallest margins of the window by an evaluator, after a change of its states or of its machine.
-fn margins(window: &Window, evaluator: &BatchEvaluator, change: Option<&StateChange<'_>>) -> Margins {
+fn margins(
+    window: &Window,
+    evaluator: &BatchEvaluator,
+    change: Option<&StateChange<'_>>,
+) -> Margins {
     let of_block = |outcomes: &OutcomeColumns, first| Least::of_block(window, outcomes, first);
     let blocks = blocks(window, evaluator, change, of_block).into_iter();
     blocks.fold(Least::of_none(window), Least::and).margins()

@@ -5,9 +5,7 @@ use std::sync::Arc;
 
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::Reason;
-use tipwatch_mechanics::{
-    BatchEvaluator, ForcesByRule, Model, Scope, State, StateColumns,
-};
+use tipwatch_mechanics::{BatchEvaluator, ForcesByRule, Model, Scope, State, StateColumns};
 
 use super::to_base::ToBase;
 use crate::base::table::Table;

@@ -64,14 +64,11 @@ impl PreparedMachine {
             });
         };
         // what is supposed changes no reference load
-        let suppose = |machine: Machine| Hypothesis::machine(hypotheses, &machine.measured_at_base());
+        let suppose =
+            |machine: Machine| Hypothesis::machine(hypotheses, &machine.measured_at_base());
         loaded.machine = suppose(recorded_by.clone()).map_err(Error::msg)?;
-        let mut on_supports = supports::of_rows(
-            loaded,
-            (&recorded_by, &suppose),
-            &rows.times_ns,
-            read.scope,
-        );
+        let mut on_supports =
+            supports::of_rows(loaded, (&recorded_by, &suppose), &rows.times_ns, read.scope);
         if let Some((_, supports)) = &mut on_supports {
             supports.are_measured = false;
         }

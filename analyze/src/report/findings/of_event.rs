@@ -152,6 +152,13 @@ impl Scene {
                 no_return_rad.to_degrees()
             ));
         }
+        let beyond = self.off_by_stops(event);
+        if !beyond.is_empty() {
+            evidence.push(say!(
+                "Beyond the stop of its axle {} left the ground, too",
+                enumerated(&beyond)
+            ));
+        }
         if let Some(at_rest_ns) = measured.at_rest_ns {
             let at_s = self.seconds(at_rest_ns);
             evidence.push(say!("At rest on its side from t = {at_s:.2} s or earlier"));

@@ -133,12 +133,7 @@ pub(super) fn add(flow: &mut Flow<'_>, pictures: &[(Node<'_, '_>, String)], smal
 }
 
 /// The room of each picture in a width: what the height does not let one use, the others have, in equal shares.
-fn rooms(
-    pictures: &[(Node<'_, '_>, String)],
-    width: f32,
-    places: f32,
-    tallest: f32,
-) -> Vec<f32> {
+fn rooms(pictures: &[(Node<'_, '_>, String)], width: f32, places: f32, tallest: f32) -> Vec<f32> {
     let used = |svg: &Node<'_, '_>, room: f32| size(*svg, room, tallest).1;
     let mut rooms = vec![width / places; pictures.len()];
     let mut free: Vec<usize> = (0..pictures.len()).collect();

@@ -7,8 +7,10 @@ use super::answers::{self, capital, condition, doubt, reserve};
 use crate::analysis::Analysis;
 use crate::events::{Bound, Event, EventKind, ShownBy};
 use crate::page::number;
-use crate::report::findings::{Incident, Scene, findings};
+use crate::report::findings::{Incident, Scene, enumerated, findings};
 
+/// Most wheels that are told to have left the ground after the first ones.
+const MOST_LATER: usize = 3;
 /// For so long a machine has been steady (ns).
 const STEADY_NS: i64 = 500_000_000;
 
@@ -159,6 +161,16 @@ fn course(scene: &Scene, incident: &Incident<'_>) -> String {
         _ => true,
     });
     let mut events: Vec<&Event> = steps.filter_map(|kind| incident.first(kind)).collect();
+    // what leaves the ground later is told, too
+    let joined = incident.joined_steps();
+    let groups = joined.iter().map(|group| group[0]);
+    let lifts = groups.filter(|event| event.kind == EventKind::WheelLift);
+    let is_first = |event: &&Event| Some(*event) == incident.first(EventKind::WheelLift);
+    events.extend(lifts.filter(|event| !is_first(event)).take(MOST_LATER));
+    let with = |event: &Event| -> Vec<&Event> {
+        let group = joined.iter().find(|group| group.contains(&event));
+        group.cloned().unwrap_or_default()
+    };
     // a wheel in the air is below its limit, too: that tells nothing after its lift
     let lift = incident.first(EventKind::WheelLift);
     events.retain(|event| {
@@ -186,9 +198,15 @@ fn course(scene: &Scene, incident: &Incident<'_>) -> String {
                     reserve(scene, event)
                 ),
             },
-            EventKind::WheelLift => {
-                say!("{wheel}left the ground at {start}{}", reserve(scene, event))
-            }
+            EventKind::WheelLift => match scene.subjects_of(&with(event)) {
+                names if names.len() > 1 => say!(
+                    "{} {} left the ground at {start}{}",
+                    scene.word.many,
+                    enumerated(&names),
+                    reserve(scene, event)
+                ),
+                _ => say!("{wheel}left the ground at {start}{}", reserve(scene, event)),
+            },
             _ => say!(
                 "the machine tipped about the {subject} edge from {start}{}",
                 reserve(scene, event)
@@ -284,8 +302,16 @@ fn tipped(scene: &Scene, event: &Event) -> String {
             scene.seconds(at_ns)
         )
     });
+    let beyond = scene.off_by_stops(event);
+    let beyond = match beyond.is_empty() {
+        true => String::new(),
+        false => say!(
+            ", beyond the stop of its axle, so that {} left the ground, too",
+            enumerated(&beyond)
+        ),
+    };
     say!(
-        "It tipped over about the {edge} edge, by at least {}{by}{rest}.",
+        "It tipped over about the {edge} edge, by at least {}{beyond}{by}{rest}.",
         answers::at_least_degrees(event)
     )
 }
