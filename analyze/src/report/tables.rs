@@ -23,8 +23,10 @@ pub(super) fn events(analysis: &Analysis) -> Markup {
     let (of_machine, of_inputs): (Vec<&Event>, Vec<&Event>) =
         events.partition(|event| event.kind.is_stability());
     let became = |event: &&Event| led_to(&analysis.events, event);
-    let (stories, announced): (Vec<&Event>, Vec<&Event>) =
-        of_machine.iter().copied().partition(|event| became(event).is_none());
+    let (stories, announced): (Vec<&Event>, Vec<&Event>) = of_machine
+        .iter()
+        .copied()
+        .partition(|event| became(event).is_none());
     let announced: Vec<(i64, Option<&Event>)> = (announced.iter())
         .map(|event| (event.start_ns, became(event)))
         .collect();
@@ -33,7 +35,11 @@ pub(super) fn events(analysis: &Analysis) -> Markup {
         let is_of = |(_, became): &&(i64, Option<&Event>)| {
             became.is_some_and(|became| std::ptr::eq(became, *event))
         };
-        let began_ns = announced.iter().filter(is_of).map(|(start_ns, _)| *start_ns).min();
+        let began_ns = announced
+            .iter()
+            .filter(is_of)
+            .map(|(start_ns, _)| *start_ns)
+            .min();
         event_row(&scene, calendar, event, began_ns)
     });
     html! {
