@@ -130,8 +130,23 @@ fn english(text: &str) -> Vec<String> {
     text.lines().filter(is_english).map(str::to_owned).collect()
 }
 
+/// Lines with a number that has a point, but for that of a version.
+fn decimal_points(text: &str) -> Vec<String> {
+    let has_point = |line: &&str| {
+        let three: Vec<char> = line.chars().collect();
+        let is_number =
+            |of: &[char]| of[0].is_ascii_digit() && of[1] == '.' && of[2].is_ascii_digit();
+        !line.starts_with("tipwatch ") && three.windows(3).any(is_number)
+    };
+    text.lines().filter(has_point).map(str::to_owned).collect()
+}
+
 #[test]
 fn english_words_are_found() {
+    assert_eq!(
+        decimal_points("1,5\n1.5 m\ntipwatch 0.1.0\nam 5."),
+        ["1.5 m"]
+    );
     assert_eq!(english("Rad HL\nthe wheel\n/of/the\n"), ["the wheel"]);
     let page = "<p>a</p><script>b</script><img alt=\"c\">d";
     assert_eq!(
@@ -145,6 +160,8 @@ fn no_report_is_half_german() {
     let page = german(&["tipwatch", "demo"], "demo");
     let left = english(&page);
     assert!(left.is_empty(), "demo: {left:#?}");
+    let points = decimal_points(&page);
+    assert!(points.is_empty(), "demo: {points:#?}");
     for log in LOGS {
         let (log, machine): (PathBuf, PathBuf) = (data(log), data(log).with_extension("toml"));
         let log = log.to_str().unwrap();
@@ -155,8 +172,11 @@ fn no_report_is_half_german() {
             "--machine",
             machine.to_str().unwrap(),
         ];
-        let left = english(&german(&arguments, log));
+        let page = german(&arguments, log);
+        let left = english(&page);
         assert!(left.is_empty(), "{log}: {left:#?}");
+        let points = decimal_points(&page);
+        assert!(points.is_empty(), "{log}: {points:#?}");
     }
 }
 
@@ -182,6 +202,8 @@ fn alternative_texts_tell_the_findings_in_both_languages() {
         labels.collect()
     };
     let numbers = |label: &str| -> Vec<String> {
+        // the decimal mark is that of the language
+        let label = label.replace(',', ".");
         let parts = label.split(|c: char| !c.is_ascii_digit() && c != '.');
         let parts = parts.map(|part| part.trim_matches('.').to_owned());
         parts.filter(|part| !part.is_empty()).collect()

@@ -357,6 +357,81 @@ fn a_supposition_is_as_certain_as_the_signs_that_the_log_has_shown() {
     assert!(!signs[0].is_empty() && signs[0] == signs[1], "{signs:?}");
 }
 
+/// The measured forces of supports change by what the loads by the split rule change: rows under a supposition are those as
+/// recorded where it changes nothing, and else those of the answers, the foot that carries nothing included.
+#[test]
+fn rows_as_supposed_follow_the_measured_forces() {
+    let log = data("crane.mcap");
+    let file = MachineFile::read(&log.with_extension("toml")).unwrap();
+    let with = |payload_kg, joints: &[(&str, f64)]| {
+        let joints = joints.iter().map(|&(name, offset)| (name.into(), offset));
+        let suppositions = Suppositions {
+            payload_kg,
+            joints: joints.collect(),
+            ..Suppositions::default()
+        };
+        let sides = suppose(&log, &file, Options::default(), &suppositions).unwrap();
+        let replies = replies(&sides[0], &sides[1], &suppositions);
+        let (_, reply) = replies.first().unwrap();
+        let reply = reply.clone();
+        (sides, reply)
+    };
+    let least = |analysis: &Analysis| {
+        let wheels = analysis.digest.wheels.iter();
+        wheels
+            .map(|wheel| wheel.least_otf.unwrap().1)
+            .collect::<Vec<_>>()
+    };
+    let ([recorded, unchanged], reply) = with(None, &[("luff", 0.0)]);
+    for (a, b) in least(&recorded).into_iter().zip(least(&unchanged)) {
+        assert!((a - b).abs() < 1e-6 * a.abs().max(1e3), "{a} {b}");
+    }
+    assert_eq!(recorded.digest.valid_rows, unchanged.digest.valid_rows);
+    let mut lifts = recorded.events.iter();
+    let lift = lifts
+        .find(|event| event.kind == EventKind::WheelLift)
+        .unwrap();
+    assert_eq!(reply.otf_n, reply.recorded_otf_n);
+    let foot = recorded.machine.wheel_named(&lift.subject).unwrap();
+    for more_kg in [-200.0, 300.0] {
+        let ([_, supposed], reply) = with(Some(more_kg), &[]);
+        assert_eq!(recorded.digest.valid_rows, supposed.digest.valid_rows);
+        let (answered, found) = (reply.otf_n.unwrap(), least(&supposed)[foot]);
+        assert!(
+            (answered - found).abs() < 0.002 * answered.abs(),
+            "{more_kg} kg: {answered} {found}"
+        );
+    }
+}
+
+/// A wheel that leaves the ground as the machine tips carries nothing, though held to the ground with all others it would: the
+/// figures do not contradict the event.
+#[test]
+fn a_wheel_off_the_ground_has_no_load_beside_it() {
+    let log = Path::new(env!("CARGO_MANIFEST_DIR")).join("../analyze/demo/demo.mcap");
+    let file = MachineFile::read(&log.with_extension("toml")).unwrap();
+    let heavier = Suppositions {
+        payload_kg: Some(300.0),
+        ..Suppositions::default()
+    };
+    let [recorded, supposed] = suppose(&log, &file, Options::default(), &heavier).unwrap();
+    let sides = [(&recorded, "as recorded"), (&supposed, "as supposed")];
+    let [a, b] = sides.map(|(analysis, name)| Side::of_analysis(analysis, name).unwrap());
+    let found = compare(&a, &b);
+    let lifts = found.events.iter().filter(|pair| pair.kind == "wheel_lift");
+    let lifted: Vec<String> = lifts
+        .filter(|pair| pair.b.is_some())
+        .map(|pair| pair.subject.to_uppercase())
+        .collect();
+    assert!(lifted.contains(&"FL".to_owned()), "{lifted:?}");
+    for wheel in lifted {
+        let name = format!("least OTF, {wheel}");
+        let fact = found.facts.iter().find(|fact| fact.name == name).unwrap();
+        let is_off = fact.b.map_or(fact.why_not.is_some(), |least| least <= 0.0);
+        assert!(is_off, "{fact:?}");
+    }
+}
+
 /// A tipping that only the loads show is judged where it is deepest, not where it begins.
 #[test]
 fn a_tipping_by_the_loads_is_judged_in_its_worst_row() {
@@ -544,6 +619,12 @@ fn an_advised_load_can_be_supposed() {
             "{log:?}: {reply:?} {change:?}"
         );
         assert!(change.chance.is_some(), "{change:?}");
+        // and one standard deviation, that of the changed state
+        let [sigma_n, advised_n] = [reply.sigma_n, change.otf_sigma_n].map(Option::unwrap);
+        assert!(
+            (sigma_n - advised_n).abs() < 1e-6 * sigma_n,
+            "{log:?}: {sigma_n} {advised_n}"
+        );
         compared += 1;
     }
     assert!(compared >= 2, "{compared}");

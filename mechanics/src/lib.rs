@@ -70,6 +70,7 @@ pub use state::{
 pub use studies::actuator_force::{actuator_force, carries_payload};
 pub use studies::actuator_force_sigma::actuator_force_sigma;
 pub use studies::combination_sigma::combination_sigma;
+pub use studies::forces_by_rule::ForcesByRule;
 pub use studies::payload_estimate::{
     ForceQuality, MeasuredForce, PayloadEstimate, estimate_payload,
 };

@@ -11,7 +11,7 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use tipwatch_language::{say, word};
+use tipwatch_language::{decimals, say, word};
 use tipwatch_mechanics::estimation::sorted_stamps;
 use tipwatch_mechanics::state::{NumberKind, Sensor};
 
@@ -121,7 +121,10 @@ impl std::fmt::Display for Coverage {
             formatter.write_str(word!(" on its wheels"))?;
         }
         match self.valid_share {
-            Some(share) => write!(formatter, " ({:.1} %)", (1000.0 * share).floor() / 10.0),
+            Some(share) => formatter.write_str(&decimals(format!(
+                " ({:.1} %)",
+                (1000.0 * share).floor() / 10.0
+            ))),
             None => Ok(()),
         }
     }

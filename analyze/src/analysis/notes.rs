@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use tipwatch_language::{say, word};
+use tipwatch_language::{decimals, say, word};
 use tipwatch_mechanics::estimation::ShownNoise;
 use tipwatch_mechanics::estimation::plausibility::{Excitation, Unshown};
 use tipwatch_mechanics::machine::{
@@ -304,7 +304,7 @@ fn measured_torques(loaded: &LoadedLog, seen: &Seen) -> Option<String> {
         ));
     }
     Some(say!(
-        "In {:.1} % of the rows the measured forces of {} determined the load split (column measured_torques). There \
+        "In {:.1} % of the rows the measured forces of {} determined the load split. There \
          the split rule has no effect, and envelope and standard deviations follow from the forces.",
         100.0 * with as f64 / seen.rows as f64,
         linkages.join(", ")
@@ -327,7 +327,10 @@ fn accelerometer_bias(loaded: &LoadedLog, seen: &Seen) -> Option<String> {
     }
     let mean = |i: usize| {
         let (removed, sigma) = (removed[i] / known, f64::sqrt(variance[i] / known));
-        format!("{} {removed:+.3} ± {sigma:.3}", Axis::ALL[i].name())
+        decimals(format!(
+            "{} {removed:+.3} ± {sigma:.3}",
+            Axis::ALL[i].name()
+        ))
     };
     Some(say!(
         "Bias of the accelerometer, estimated from attitude, odometry and standstill and subtracted (mean, IMU axes, ± one \

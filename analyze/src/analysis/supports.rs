@@ -79,6 +79,7 @@ pub(super) fn of_rows(
         sets: (machines.into_iter())
             .map(|machine| SupportSet::new(machine, &named, scope))
             .collect(),
+        are_measured: true,
     };
     notes.extend(told(&named, &sets, &timeline, times_ns));
     loaded.notes.extend(notes);
@@ -161,7 +162,7 @@ fn told(
     }
     for (why, total_s) in unknown {
         notes.push(say!(
-            "For {} s the loads are unknown (reason supports_unknown): {why}.",
+            "For {} s the loads are unknown: {why}.",
             short(total_s)
         ));
     }

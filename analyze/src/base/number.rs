@@ -1,6 +1,6 @@
 //! Numbers for documents, and names and numbers as text with as many digits as a reader can use.
 
-use tipwatch_language::word;
+use tipwatch_language::{decimals, word};
 
 /// The number if it is finite: documents hold no infinity and no NaN.
 pub(crate) fn known(value: f64) -> Option<f64> {
@@ -12,9 +12,9 @@ pub(crate) fn number(value: f64) -> String {
     match value.abs() {
         _ if !value.is_finite() => word!("not computable").to_string(),
         size if size >= 100.0 => format!("{value:.0}"),
-        size if size >= 1.0 => format!("{value:.1}"),
+        size if size >= 1.0 => decimals(format!("{value:.1}")),
         size if size < 0.0005 => "0".to_string(),
-        _ => format!("{value:.3}"),
+        _ => decimals(format!("{value:.3}")),
     }
 }
 
@@ -35,8 +35,15 @@ pub(crate) fn input_in_words(subject: &str) -> String {
 /// Four digits.
 #[must_use]
 pub fn short(value: f64) -> String {
+    match value.is_finite() {
+        true => decimals(four_digits(value)),
+        false => word!("not computable").into(),
+    }
+}
+
+/// Four digits, as programs read them.
+pub(crate) fn four_digits(value: f64) -> String {
     match value.abs() {
-        _ if !value.is_finite() => word!("not computable").into(),
         0.0 => "0".into(),
         size if (1e-3..1e5).contains(&size) => {
             let digits = (3 - size.log10().floor() as i32).clamp(0, 6) as usize;
@@ -48,13 +55,13 @@ pub fn short(value: f64) -> String {
 
 /// With so many digits after the point; a dash where there is no value.
 pub(crate) fn or_dash(value: Option<f64>, digits: usize) -> String {
-    value.map_or("–".to_string(), |value| format!("{value:.digits$}"))
+    value.map_or("–".into(), |value| decimals(format!("{value:.digits$}")))
 }
 
 /// A share in per cent.
 pub(crate) fn percent(share: f64) -> String {
     // plus zero: no sign before zero
-    format!("{:.1} %", (share * 1000.0).round() / 10.0 + 0.0)
+    decimals(format!("{:.1} %", (share * 1000.0).round() / 10.0 + 0.0))
 }
 
 /// A probability in per cent: nothing is ever quite certain.
@@ -63,7 +70,7 @@ pub(crate) fn probability(value: f64) -> String {
         percent if percent > 99.9 => word!("above 99.9 %").into(),
         percent if percent < 0.1 => word!("below 0.1 %").into(),
         // never a whole "100 %" or "0 %"
-        percent if !(0.5..99.5).contains(&percent) => format!("{percent:.1} %"),
+        percent if !(0.5..99.5).contains(&percent) => decimals(format!("{percent:.1} %")),
         percent => format!("{percent:.0} %"),
     }
 }
@@ -86,11 +93,11 @@ pub(crate) fn count_of(count: usize, one: &str) -> String {
 pub(crate) fn time(seconds: f64) -> String {
     // no sign before zero: the sum of nothing is -0.0
     let seconds = if seconds.abs() < 0.05 { 0.0 } else { seconds };
-    match seconds {
+    decimals(match seconds {
         s if s >= 3600.0 => format!("{:.1} h", s / 3600.0),
         s if s >= 60.0 => format!("{:.1} min", s / 60.0),
         s => format!("{s:.1} s"),
-    }
+    })
 }
 
 #[cfg(test)]

@@ -17,6 +17,8 @@ pub(crate) struct SupportSets {
     pub(crate) sets: Vec<SupportSet>,
     /// Rows without gaps, in order, each with the index of its set; `None` where the set is unknown.
     pub(crate) spans: Vec<(Range<usize>, Option<usize>)>,
+    /// Whether the loads of supports were measured: what was supposed of them contradicts nothing.
+    pub(crate) are_measured: bool,
 }
 
 /// A machine on one set of supports.
@@ -78,13 +80,15 @@ impl SupportSets {
             for (row, reasons) in reasons[rows.clone()].iter_mut().enumerate() {
                 *reasons = of_set.reasons(row, *reasons);
             }
-            mark_contradictions(
-                &set.machine,
-                states,
-                rows.start,
-                &of_set,
-                &mut reasons[rows.clone()],
-            );
+            if self.are_measured {
+                mark_contradictions(
+                    &set.machine,
+                    states,
+                    rows.start,
+                    &of_set,
+                    &mut reasons[rows.clone()],
+                );
+            }
             outcomes.write(rows.start, &of_set, &set.places);
         }
         (outcomes, reasons)

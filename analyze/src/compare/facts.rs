@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
-use tipwatch_language::{message, say, told, word};
+use tipwatch_language::{decimals, message, say, told, word};
 
 use super::side::{Side, SideEvent};
 use crate::base::number::{input_in_words, number, readable};
@@ -23,7 +23,7 @@ pub struct FactDifference {
     pub b: Option<f64>,
     /// B minus A.
     pub difference: Option<f64>,
-    /// Why the count of events of a side is null although the other side has one.
+    /// Why the count of events of a side is null although the other side has one, or a figure although it could be computed.
     pub why_not: Option<&'static str>,
 }
 
@@ -112,12 +112,13 @@ pub(super) fn formatted(value: Option<f64>, unit: &str) -> String {
     match (value, unit) {
         (None, _) => word!("unknown").into(),
         (Some(value), "events" | "rows") => format!("{value:.0}"),
-        (Some(value), "-") => format!("{value:.3}"),
+        (Some(value), "-") => decimals(format!("{value:.3}")),
         (Some(value), _) => number(value),
     }
 }
 
 const LEAST_OTF: &str = message!("least OTF");
+const LEAST_MARGIN: &str = message!("least margin");
 /// Figures of a wheel: key in the summary, label.
 const OF_WHEEL: [(&str, &str); 6] = [
     ("least_otf_n", LEAST_OTF),
@@ -134,7 +135,9 @@ const OF_WHEEL: [(&str, &str); 6] = [
 /// All figures, grouped by unit, the largest difference first; those on one side only come last.
 pub(super) fn facts(a: &Side, b: &Side, pairs: &[EventPair]) -> Vec<FactDifference> {
     let (mut on_a, mut on_b) = (numbers(a), numbers(b));
-    let open = leave_open(&mut on_a, &mut on_b, pairs);
+    let mut open = leave_open(&mut on_a, &mut on_b, pairs);
+    open.extend(leave_tipped(&mut on_a, pairs, |pair| pair.a.is_some()));
+    open.extend(leave_tipped(&mut on_b, pairs, |pair| pair.b.is_some()));
     let names: std::collections::BTreeSet<_> = on_a.keys().chain(on_b.keys()).collect();
     let mut facts: Vec<FactDifference> = names
         .into_iter()
@@ -193,6 +196,34 @@ fn leave_open(
     open
 }
 
+/// Makes the least OTF unknown of a wheel that leaves the ground on this side while that is above zero, and says why, by the name
+/// of the figure: held to the ground, all wheels share what the tipping machine carries on others.
+fn leave_tipped(
+    on_side: &mut Numbers,
+    pairs: &[EventPair],
+    is_here: impl Fn(&EventPair) -> bool,
+) -> BTreeMap<String, &'static str> {
+    let mut tipped = BTreeMap::new();
+    let lifts = pairs.iter().filter(|pair| pair.kind == "wheel_lift");
+    for pair in lifts.filter(|pair| is_here(pair)) {
+        let wheel = pair.subject.to_uppercase();
+        let is_above = |value: &Option<f64>| value.is_some_and(|least| least > 0.0);
+        let least = format!("{LEAST_OTF}, {wheel}");
+        let own = on_side.get(&key("N", least.clone()));
+        if !own.is_some_and(is_above) {
+            continue;
+        }
+        for (unit, name) in [("N", least), ("-", format!("{LEAST_MARGIN}, {wheel}"))] {
+            on_side.insert(key(unit, name.clone()), None);
+            tipped.insert(
+                name,
+                word!("it leaves the ground as the machine tips about an edge: its own OTF does not show that"),
+            );
+        }
+    }
+    tipped
+}
+
 /// The key of a number.
 fn key(unit: &str, name: String) -> (usize, String) {
     let place = UNITS.iter().position(|known| *known == unit);
@@ -225,7 +256,7 @@ fn numbers(side: &Side) -> Numbers {
             .filter(|m| m.is_finite());
         add(
             "-",
-            format!("{}, {}", message!("least margin"), wheel.to_uppercase()),
+            format!("{LEAST_MARGIN}, {}", wheel.to_uppercase()),
             margin,
         );
     }

@@ -1,7 +1,7 @@
 //! `comparison.html`: the comparison as a page. One file without scripts.
 
 use maud::{Markup, html};
-use tipwatch_language::{say, told, word};
+use tipwatch_language::{decimals, say, told, word};
 
 use super::comparison::Comparison;
 use super::facts::{FactDifference, formatted};
@@ -124,11 +124,11 @@ fn series(comparison: &Comparison) -> Markup {
     let shown = series
         .columns
         .iter()
-        .filter(|column| !column.is_derivative());
+        .filter(|column| !column.is_derivative() && !column.is_variance());
     let rows = shown.map(|column| {
         let relative = column
             .relative
-            .map_or(String::new(), |r| format!("{:.2} %", 100.0 * r));
+            .map_or(String::new(), |r| decimals(format!("{:.2} %", 100.0 * r)));
         let of = [column.mean, column.rms, column.largest].map(number);
         let name = [column.in_words()].into_iter();
         name.chain(of)
@@ -179,12 +179,12 @@ fn curves(comparison: &Comparison, a: &Side, b: &Side) -> (Markup, Option<Markup
         let curves = [curve(a, &on_a.values), curve(b, &on_b.values)];
         let wheel = wheel.to_uppercase();
         let classes = ["line-a", "line-b"];
-        both.push(chart(&format!("OTF {wheel} (N)"), &curves, &classes));
+        both.push(chart(&say!("OTF {wheel} (N)"), &curves, &classes));
         if together {
             let of_row =
                 |&(i, j): &(usize, usize)| (seconds(a, i), on_b.values[j] - on_a.values[i]);
             let points: Vec<_> = rows.iter().map(of_row).collect();
-            let title = format!("B - A, OTF {wheel} (N)");
+            let title = say!("B - A, OTF {wheel} (N)");
             differences.push(chart(&title, &[thinned(&points)], &classes));
         }
     }

@@ -50,6 +50,11 @@ impl SeriesDifference {
         in_words(&self.column)
     }
 
+    /// Whether it is a variance or a covariance, which readers see as standard deviations.
+    pub(super) fn is_variance(&self) -> bool {
+        self.unit.ends_with("^2") && !self.unit.contains('/')
+    }
+
     /// Whether it is a derivative, which is shown on demand only.
     pub(super) fn is_derivative(&self) -> bool {
         self.column.starts_with("dsigma_")

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use tipwatch_language::{say, told, word};
+use tipwatch_language::{decimals, say, told, word};
 
 use super::comparison::Comparison;
 use super::facts::{EventPair, EventSide, FactDifference, formatted};
@@ -214,11 +214,12 @@ fn add_series(comparison: &Comparison, all: bool, text: &mut String) {
     );
     let mut counted = (String::new(), 0);
     let shown = series.columns.iter();
-    for column in shown.filter(|column| all || !column.is_derivative()) {
+    let shown = shown.filter(|column| !column.is_variance() && (all || !column.is_derivative()));
+    for column in shown {
         if within(&mut counted, &column.unit, most) {
             let relative = column
                 .relative
-                .map_or(String::new(), |r| format!("{:.2} %", 100.0 * r));
+                .map_or(String::new(), |r| decimals(format!("{:.2} %", 100.0 * r)));
             let _ = writeln!(
                 text,
                 "{:42} {:>12} {:>12} {:>12} {relative:>9} {}",

@@ -1,6 +1,6 @@
 //! The assumption by which loads are split where equilibrium leaves it open, in words.
 
-use tipwatch_language::{is_english, say, word};
+use tipwatch_language::{decimals, is_english, say, word};
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::machine::{Ground, Machine, Split};
 
@@ -51,11 +51,8 @@ fn share_in_words(share: f64) -> String {
         0.5 if is_english() => "half".into(),
         1.0 if is_english() => "all".into(),
         share => {
-            format!("{:.3}", 100.0 * share)
-                .trim_end_matches('0')
-                .trim_end_matches('.')
-                .to_owned()
-                + " %"
+            let percent = format!("{:.3}", 100.0 * share);
+            decimals(percent.trim_end_matches('0').trim_end_matches('.')) + " %"
         }
     }
 }

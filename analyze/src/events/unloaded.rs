@@ -14,6 +14,8 @@ use crate::load::MeasuredLoads;
 const LEAST_NS: i64 = 200_000_000;
 /// How probable it is beforehand that the sensor is dead, beside a lift.
 const DEAD: f64 = 0.05;
+/// A load of so many standard deviations is one: from there its fall to nothing is timed.
+const LOADED_SIGMAS: f64 = 3.0;
 /// Standard deviation of the computed total of all supports, as a share of it, and the time over which it is averaged before (s).
 const TOTAL_SHARE: f64 = 0.03;
 const BEFORE_S: f64 = 1.0;
@@ -30,6 +32,8 @@ struct Jack {
     weight: f64,
     /// Shortest time for which it measures nothing that is an event (ns).
     least_ns: i64,
+    /// When it last measured a load, and how much (N).
+    loaded: Option<(i64, f64)>,
     /// What all supports measured beyond the computed total while this one last measured a load (N), and when.
     before: Option<(i64, f64)>,
     /// The time in which it measures nothing, if that goes on.
@@ -49,6 +53,8 @@ enum Source {
 #[derive(Clone)]
 struct Unloaded {
     start_ns: i64,
+    /// Standard deviation of the start (s); `None` where no load was measured before.
+    start_sigma_s: Option<f64>,
     last_ns: i64,
     /// The smallest measured load (N), and its time.
     least: (f64, i64),
@@ -83,6 +89,7 @@ impl<'a> UnloadedSupports<'a> {
                 weight,
                 // a single sample is none
                 least_ns: measured.held.period_ns(index).unwrap_or(0).max(LEAST_NS),
+                loaded: None,
                 before: None,
                 open: None,
             }),
@@ -103,6 +110,7 @@ impl<'a> UnloadedSupports<'a> {
                     mean_load,
                     weight,
                     least_ns: LEAST_NS,
+                    loaded: None,
                     before: None,
                     open: None,
                 });
@@ -159,6 +167,9 @@ impl<'a> UnloadedSupports<'a> {
                 if let Some(ended) = jack.ended(time_ns) {
                     self.events.extend(ended);
                 }
+                if force > LOADED_SIGMAS * jack.sigma {
+                    jack.loaded = Some((time_ns, force));
+                }
                 jack.note_total(time_ns, beyond);
             }
         }
@@ -204,7 +215,10 @@ impl<'a> UnloadedSupports<'a> {
             let is_measured_earlier = measured.start_ns < first.start_ns;
             computed.push(Event {
                 start_ns: first.start_ns.min(measured.start_ns),
-                start_sigma_s: first.start_sigma_s.filter(|_| !is_measured_earlier),
+                start_sigma_s: match is_measured_earlier {
+                    true => measured.start_sigma_s,
+                    false => first.start_sigma_s,
+                },
                 end_ns: (last < i64::MAX).then_some(last),
                 end_sigma_s: first.end_sigma_s.filter(|_| first.end_ns == Some(last)),
                 // no split of the load changes what is measured, and no computed load is as certain
@@ -225,8 +239,14 @@ impl Jack {
         if let Some(ended) = self.ended(time_ns) {
             events.extend(ended);
         }
+        // by the rate at which the load fell, and within the time between the two samples
+        let start_sigma_s = self.loaded.map(|(loaded_ns, load)| {
+            let fall_s = time_ns.saturating_sub(loaded_ns) as f64 * 1e-9;
+            fall_s * (self.sigma / (load - force)).hypot(1.0 / 12.0_f64.sqrt())
+        });
         let found = self.open.get_or_insert(Unloaded {
             start_ns: time_ns,
+            start_sigma_s,
             last_ns: time_ns,
             least: (force, time_ns),
             sum: 0.0,
@@ -280,6 +300,7 @@ impl Jack {
         }
         Some(Event {
             end_ns,
+            start_sigma_s: found.start_sigma_s,
             worst: found.least.0,
             worst_ns: found.least.1,
             unit: "N",

@@ -2,7 +2,7 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, Render, html};
 use serde::Serialize;
-use tipwatch_language::{is_english, say, tag, word};
+use tipwatch_language::{say, tag, word};
 
 use super::column::Columns;
 use super::figure::Figure;
@@ -83,7 +83,6 @@ impl Document<'_> {
                     main {
                         (content)
                         (glossary(content))
-                        (foot())
                     }
                     @if let Some(program) = program { (program) }
                     @if let Some(plots) = &self.plots { (plots) } @else { script { (PreEscaped(PAGE_SCRIPT)) } }
@@ -107,13 +106,6 @@ impl Document<'_> {
         format!(
             "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'{library}{data}"
         )
-    }
-}
-
-/// What a reader of another language needs to know of the numbers.
-pub(crate) fn foot() -> Markup {
-    html! {
-        @if !is_english() { p.hint { (word!("Numbers have a decimal point, and times of day are UTC.")) } }
     }
 }
 

@@ -49,7 +49,7 @@
     const found = [];
     for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) { found.push(k * step); }
     const digits = Math.max(0, Math.min(6, -Math.floor(Math.log10(step) + 1e-9)));
-    return { values: found, text: function (value) { return (Math.abs(value) < step / 1e6 ? 0 : value).toFixed(digits); } };
+    return { values: found, text: function (value) { return window.decimal((Math.abs(value) < step / 1e6 ? 0 : value).toFixed(digits)); } };
   }
 
   // The first point at or after a time; times of a line never go back.
@@ -234,9 +234,9 @@
       const k = Math.min(after(trace.x, time), trace.x.length - 1);
       const best = k > 0 && time - trace.x[k - 1] < trace.x[k] - time ? k - 1 : k;
       const value = trace.y[best];
-      return (trace.name ? trace.name + ' ' : '') + (value === value ? Number(value.toPrecision(4)) : words.unknown);
+      return (trace.name ? trace.name + ' ' : '') + (value === value ? window.decimal(Number(value.toPrecision(4))) : words.unknown);
     });
-    plot.readout.textContent = 't = ' + time.toFixed(2) + ' s' + (texts.length ? ': ' + texts.join(', ') : '');
+    plot.readout.textContent = 't = ' + window.decimal(time.toFixed(2)) + ' s' + (texts.length ? ': ' + texts.join(', ') : '');
   }
 
   let waiting = false;

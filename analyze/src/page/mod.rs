@@ -13,9 +13,7 @@ pub(crate) mod svg;
 pub(crate) use chart::{Curve, chart};
 pub(crate) use column::Columns;
 pub(crate) use decimate::{Point, Thinned, VALUES, rows_to_draw, together};
-pub(crate) use document::{
-    Document, Plots, Program, Scripts, foot, json_script, library, packed_script,
-};
+pub(crate) use document::{Document, Plots, Program, Scripts, json_script, library, packed_script};
 pub(crate) use elements::{Bar, bars, facts, list, part, section, table, table_of, whole};
 pub(crate) use figure::{Figure, Look, MOST_POINTS, Trace, figures, figures_help};
 pub(crate) use glossary::glossary;

@@ -1,7 +1,7 @@
 //! Small charts as SVG.
 
 use maud::{Markup, html};
-use tipwatch_language::say;
+use tipwatch_language::{decimals, say};
 
 use crate::base::number::number;
 
@@ -158,11 +158,11 @@ impl Chart {
             x if x > self.end - 20.0 => "end",
             _ => "middle",
         };
-        self.text([x, FLOOR + 14.0], anchor, text);
+        self.text([x, FLOOR + 14.0], anchor, &decimals(text));
     }
 
     pub(crate) fn label_y(&mut self, y: f64, text: &str) {
-        self.text([LEFT - 4.0, self.at_y(y) + 4.0], "end", text);
+        self.text([LEFT - 4.0, self.at_y(y) + 4.0], "end", &decimals(text));
     }
 
     /// The name of the horizontal axis.

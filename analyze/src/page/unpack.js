@@ -6,3 +6,8 @@ window.unpacked = function (id) {
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip'));
   return new Response(stream);
 };
+// A number as the language of the page writes it.
+window.decimal = function (number) {
+  const text = String(number);
+  return document.documentElement.lang === 'de' ? text.replace('.', ',') : text;
+};

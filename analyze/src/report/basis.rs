@@ -1,7 +1,7 @@
 //! What the results rest on: methods, assumptions, validation, limitations of this analysis.
 
 use maud::{Markup, html};
-use tipwatch_language::{say, word};
+use tipwatch_language::{decimals, say, word};
 use tipwatch_mechanics::machine::{Ground, Machine, Split};
 
 use super::findings::reason_counts;
@@ -72,7 +72,7 @@ pub(super) fn validation() -> Markup {
     let cells = |line: &&str| -> Vec<String> {
         let cells = line.trim_matches('|').split('|');
         cells
-            .map(|cell| readable(&without_links(cell.trim())))
+            .map(|cell| decimals(readable(&without_links(cell.trim()))))
             .collect()
     };
     let rows: Vec<Vec<String>> = lines.iter().map(cells).collect();

@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 use tipwatch_ingest::Treatment;
-use tipwatch_language::{say, word};
+use tipwatch_language::{decimals, say, word};
 
 use crate::analysis::clock::{PairOffset, TopicOffset, text::TopicsFinding};
 use crate::analysis::{Analysis, Input};
@@ -42,7 +42,11 @@ fn stamp_row(input: &Input) -> [(&'static str, String); 10] {
     let timing = &input.timing;
     let offset = timing.header_minus_log;
     let backward = match timing.largest_backward {
-        Some(largest) => format!("{} ({:.3})", timing.backward_stamps, largest.size_s()),
+        Some(largest) => decimals(format!(
+            "{} ({:.3})",
+            timing.backward_stamps,
+            largest.size_s()
+        )),
         None => timing.backward_stamps.to_string(),
     };
     let median_s = offset.map(|o| o.median_s);
@@ -70,7 +74,10 @@ fn stamp_row(input: &Input) -> [(&'static str, String); 10] {
             timing.duplicate_stamps.to_string(),
         ),
         (word!("Backward stamps (largest [s])"), backward),
-        (word!("Applied correction [s]"), format!("{added_s:.4}")),
+        (
+            word!("Applied correction [s]"),
+            decimals(format!("{added_s:.4}")),
+        ),
     ]
 }
 

@@ -1,6 +1,7 @@
 //! Pictures to scale as SVG: metres in, one scale for both axes. The style is by class.
 
 use maud::{Markup, html};
+use tipwatch_language::decimals;
 
 /// Width of a picture, in its own units.
 const WIDTH: f64 = 360.0;
@@ -177,7 +178,7 @@ impl Drawing {
         } - self.metres(below);
         self.measure(from, to, [from[0], level], [to[0], level]);
         let middle = [(from[0] + to[0]) / 2.0, level];
-        let text = format!("{name} {:.2} m", (to[0] - from[0]).abs());
+        let text = decimals(format!("{name} {:.2} m", (to[0] - from[0]).abs()));
         self.text(middle, [0.0, -LETTERS - 1.0], Anchor::Middle, &text);
     }
 
@@ -186,7 +187,7 @@ impl Drawing {
         let level = from[0].max(to[0]) + self.metres(beside);
         self.measure(from, to, [level, from[1]], [level, to[1]]);
         let middle = [level, (from[1] + to[1]) / 2.0];
-        let length = format!("{:.2} m", (to[1] - from[1]).abs());
+        let length = decimals(format!("{:.2} m", (to[1] - from[1]).abs()));
         // short lines: there is little room beside a picture
         let lines = name.split_inclusive(' ').map(str::trim_end);
         for (line, text) in lines.chain([length.as_str()]).enumerate() {
@@ -214,7 +215,7 @@ impl Drawing {
         let y = tenth(height - 8.0);
         self.body.push(html! {
             line class="dimension" x1="8" y1=(y) x2=(tenth(8.0 + length)) y2=(y) {}
-            text x="8" y=(tenth(height - 12.0)) font-size=(tenth(LETTERS)) text-anchor="start" { (metres) " m" }
+            text x="8" y=(tenth(height - 12.0)) font-size=(tenth(LETTERS)) text-anchor="start" { (decimals(format!("{metres} m"))) }
         });
         html! {
             figure.drawing {

@@ -1,16 +1,16 @@
 //! What explains the loads: causes of events, sensitivity, models, stated uncertainties.
 
 use maud::{Markup, html};
-use tipwatch_language::{say, word};
+use tipwatch_language::{decimals, say, word};
 use tipwatch_mechanics::Parameter;
 
-use super::findings::{MOST_OF_KIND, Scene, worst_of_each_kind};
-use super::parameter_words::{in_words, uncertainty_in_words};
+use super::findings::{MOST_OF_KIND, Scene, led_to, worst_of_each_kind};
+use super::parameter_words::{in_words, uncertainty_in_words, unit_in_words};
 use crate::analysis::Analysis;
 use crate::analysis::model_comparison::ModelComparison;
 use crate::base::options::ModelKind;
-use crate::events::EventCauses;
 use crate::events::support_words::SupportWord;
+use crate::events::{Event, EventCauses};
 use crate::page::{number, readable, short, table, table_of};
 
 /// Most parameters listed.
@@ -21,8 +21,7 @@ const LEAST_PERCENT: f64 = 0.5;
 /// For each event of a wheel or an edge, what took the load away; of many events, for the worst of each kind.
 pub(super) fn causes(analysis: &Analysis) -> Markup {
     let scene = Scene::of(analysis);
-    let (mut events, left_out) =
-        worst_of_each_kind(analysis.events.iter(), scene.word, MOST_OF_KIND);
+    let (mut events, left_out) = worst_of_each_kind(told_once(analysis), scene.word, MOST_OF_KIND);
     events.sort_by_key(|event| event.start_ns);
     // events of the same wheel at the same time have the same causes: a lift, and the tipping that begins with it
     let mut groups: Vec<(Vec<String>, &EventCauses)> = Vec::new();
@@ -47,7 +46,7 @@ pub(super) fn causes(analysis: &Analysis) -> Markup {
         let listed = shares.filter(|share| share.percent.abs() >= LEAST_PERCENT);
         rows.extend(listed.enumerate().map(|(place, share)| {
             let once = |text: String| if place == 0 { text } else { String::new() };
-            let seconds = |time_ns: i64| once(format!("{:.2}", scene.seconds(time_ns)));
+            let seconds = |time_ns: i64| once(decimals(format!("{:.2}", scene.seconds(time_ns))));
             [
                 (word!("Event"), once(names.join(", "))),
                 (word!("From [s]"), seconds(causes.since_ns)),
@@ -68,6 +67,12 @@ pub(super) fn causes(analysis: &Analysis) -> Markup {
             }
         }
     }
+}
+
+/// The events but those that led to a graver one, which has the same causes.
+fn told_once(analysis: &Analysis) -> impl Iterator<Item = &Event> {
+    let events = analysis.events.iter();
+    events.filter(|event| led_to(&analysis.events, event).is_none())
 }
 
 /// Why nothing is known of how the loads depend on signals and parameters.
@@ -92,8 +97,8 @@ pub(super) fn sensitivity(analysis: &Analysis) -> Markup {
     };
     let optional = |value: Option<f64>| value.map_or("–".into(), short);
     let cells = rows.iter().take(MOST_PARAMETERS).map(|row| {
-        let unit = row.parameter.unit(machine).trim_start_matches('-');
-        let share = format!("{:.1}", 100.0 * row.variance_share);
+        let unit = unit_in_words(row.parameter.unit(machine));
+        let share = decimals(format!("{:.1}", 100.0 * row.variance_share));
         [
             (word!("Parameter"), in_words(row.parameter, machine)),
             (word!("Unit"), unit.into()),
@@ -135,7 +140,7 @@ pub(super) fn models(analysis: &Analysis) -> Markup {
     html! {
         @for comparison in &analysis.comparisons {
             @match comparison {
-                Err(why) => p { (say!("Model {chosen}. {why}.")) },
+                Err(why) => p { (say!("Model {chosen}; {why}.")) },
                 Ok(comparison) => (difference(analysis, chosen, comparison)),
             }
         }

@@ -1,7 +1,7 @@
 //! The health of the sensors: one table of what their stamps show, one of what their numbers show.
 
 use maud::{Markup, html};
-use tipwatch_language::{say, word};
+use tipwatch_language::{decimals, say, word};
 
 use crate::analysis::Analysis;
 use crate::analysis::health::{NumberHealth, RateChange, SensorHealth};
@@ -106,7 +106,7 @@ fn number_row(signal: &str, number: &NumberHealth, start_ns: i64) -> [(&'static 
         ),
         (
             word!("Longest time without change [s]"),
-            format!("{constant_s:.2}"),
+            decimals(format!("{constant_s:.2}")),
         ),
         (
             word!("Outliers"),

@@ -121,7 +121,7 @@ pub fn render_sketch_as_pdf(analysis: &Analysis, sketch: &Sketch) -> Result<Vec<
         (sheet::section(analysis))
         @for one in parts(analysis, &drawn) { section { h2 { (one.title) } (one.content) } }
     };
-    let content = html! { (content) (page::glossary(&content)) (page::foot()) };
+    let content = html! { (content) (page::glossary(&content)) };
     let last_ns = analysis.rows.times_ns.last().copied().unwrap_or(0);
     let date = Calendar::of(analysis).instant(last_ns).unwrap_or_default();
     pdf::render(&title(analysis), &subtitle(analysis), date, &content)

@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 use nalgebra::{Vector2, Vector3};
-use tipwatch_language::{say, word};
+use tipwatch_language::{decimals, say, word};
 use tipwatch_mechanics::machine::{SupportKind, Wheel};
 use tipwatch_mechanics::{Placement, Quantity, State};
 
@@ -105,7 +105,7 @@ pub(super) fn loads(analysis: &Analysis, row: usize) -> Markup {
             ),
             ("± 2 σ [N]", sigma),
             (word!("Load, any split [N]"), any_split),
-            ("OTF [N]", number(value(Quantity::Otf(wheel)))),
+            (word!("OTF [N]"), number(value(Quantity::Otf(wheel)))),
             (word!("At rest [N]"), number(at_rest)),
         ]
     });
@@ -282,9 +282,9 @@ impl View<'_> {
                 _ if self.contradicted => String::new(),
                 // plus zero: no sign before zero
                 true if largest >= 1000.0 => {
-                    format!("{:.1} kN", (load / 100.0).round() / 10.0 + 0.0)
+                    decimals(format!("{:.1} kN", (load / 100.0).round() / 10.0 + 0.0))
                 }
-                true => format!("{:.1} N", (load * 10.0).round() / 10.0 + 0.0),
+                true => decimals(format!("{:.1} N", (load * 10.0).round() / 10.0 + 0.0)),
                 false => word!("unknown").into(),
             };
             let up = drawing.room(*at, beside, [&facts.name, &load], &arm, &mut placed);
@@ -428,13 +428,13 @@ impl View<'_> {
             Across::Length => word!("From the right, forward is to the right").into(),
             // neither picture has a line for it
             Across::Width => format!(
-                "{}; {} {:.2} m",
+                "{}; {} {}",
                 word!("From behind, left is to the left"),
                 match self.is_on_wheels() {
                     true => word!("wheelbase"),
                     false => word!("support length"),
                 },
-                self.length()
+                decimals(format!("{:.2} m", self.length()))
             ),
         };
         let shown = match self.contradicted {

@@ -92,8 +92,8 @@
     const place = at(value[0], value[1]), load = value[2];
     const isLeft = value[1] > middleOfWheels;
     const beside = Math.max(facts.radius * 0.4, disc * Math.sqrt(Math.max(load || 0, facts.at_rest || 0))) + unit;
-    const texts = [facts.name, load === null ? '?' : isLarge ? (Math.round(load / 100) / 10 + 0).toFixed(1) + ' kN'
-      : (Math.round(load * 10) / 10 + 0).toFixed(1) + ' N'];
+    const texts = [facts.name, load === null ? '?' : isLarge ? window.decimal((Math.round(load / 100) / 10 + 0).toFixed(1)) + ' kN'
+      : window.decimal((Math.round(load * 10) / 10 + 0).toFixed(1)) + ' N'];
     texts.forEach(function (text, line) {
       add(svg, 'text', { x: place[0] + (isLeft ? -beside : beside), y: place[1] + unit * (line * 3.6 - 0.4),
         'font-size': unit * 3.4, 'stroke-width': unit, 'text-anchor': isLeft ? 'end' : 'start' }, text);
@@ -107,7 +107,7 @@
       return;
     }
     add(svg, 'text', { x: corner[0], y: corner[1], 'font-size': unit * 3.2, 'stroke-width': unit },
-      filled(instant.tilt >= 0.5 ? texts.gravity_to : texts.gravity, { angle: instant.tilt.toFixed(1) }));
+      filled(instant.tilt >= 0.5 ? texts.gravity_to : texts.gravity, { angle: window.decimal(instant.tilt.toFixed(1)) }));
     if (instant.tilt < 0.5) { return; }
     const length = Math.hypot(instant.gravity[0], instant.gravity[1]);
     const along = [-instant.gravity[1] / length, -instant.gravity[0] / length];
@@ -284,7 +284,7 @@
       const load = moments.instants[index].wheels[w][2];
       return facts.name + ' ' + (load === null ? texts.unknown : Math.round(load) + ' N');
     });
-    svg.setAttribute('aria-label', name + (/ t = /.test(name) ? ': ' : ', t = ' + moments.instants[index].t.toFixed(2) + ' s: ') +
+    svg.setAttribute('aria-label', name + (/ t = /.test(name) ? ': ' : ', t = ' + window.decimal(moments.instants[index].t.toFixed(2)) + ' s: ') +
       loads.filter(function (_, w) { return stands[w]; }).join(', '));
   }
 
@@ -297,8 +297,8 @@
     drawSpace(space, index);
     const mark = moments.events.filter(function (e) { return e.instant === index; })
       .map(function (e) { return e.label; }).join('; ');
-    slider.setAttribute('aria-valuetext', instant.t.toFixed(2) + ' s');
-    text.textContent = 't = ' + instant.t.toFixed(2) + ' s' + (mark ? ': ' + mark.replace(/, t = .*/, '') : '') +
+    slider.setAttribute('aria-valuetext', window.decimal(instant.t.toFixed(2)) + ' s');
+    text.textContent = 't = ' + window.decimal(instant.t.toFixed(2)) + ' s' + (mark ? ': ' + mark.replace(/, t = .*/, '') : '') +
       (instant.reasons ? ' (' + filled(texts.invalid, instant) + ')' : '');
     const number = function (v) { return v === null ? texts.unknown : Math.round(v).toString(); };
     table.replaceChildren(row([moments.word.charAt(0).toUpperCase() + moments.word.slice(1)].concat(texts.head), 'th'));

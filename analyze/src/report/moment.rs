@@ -10,7 +10,7 @@ use tipwatch_language::{say, word};
 use tipwatch_mechanics::{Placement, Quantity, State};
 
 use super::area::Area;
-use super::findings::{Scene, rank};
+use super::findings::{Scene, led_to, rank};
 use super::sheet;
 use crate::analysis::Analysis;
 use crate::base::rows::Rows;
@@ -191,7 +191,8 @@ impl Moments {
         let mut pictures = Vec::new();
         for (importance, event) in important.iter().enumerate() {
             let row = rows.at(shown_ns(event));
-            if pictures.len() < MOST_PICTURES && !pictured_rows.contains(&row) {
+            let is_own_story = led_to(&analysis.events, event).is_none();
+            if is_own_story && pictures.len() < MOST_PICTURES && !pictured_rows.contains(&row) {
                 pictured_rows.push(row);
                 pictures.extend(by_time.iter().position(|(other, _)| *other == importance));
             }

@@ -111,6 +111,14 @@ pub(super) fn uncertainty_in_words(key: &str) -> (&str, &'static str) {
     }
 }
 
+/// A unit of a table as a reader reads it: that of what is relative is a word.
+pub(super) fn unit_in_words(unit: &'static str) -> &'static str {
+    match unit {
+        "-" => told(SHARE),
+        unit => unit,
+    }
+}
+
 /// Of what is relative.
 const SHARE: &str = message!("share");
 

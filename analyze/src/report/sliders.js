@@ -8,7 +8,7 @@
   // where the sliders stand for what was logged
   const begins = [];
   const result = document.getElementById('what-if-result');
-  const text = function (value) { return String(Number(value.toPrecision(3))); };
+  const text = function (value) { return window.decimal(Number(value.toPrecision(3))); };
   const square = function (of) { return of.sigma_n === null ? NaN : of.sigma_n * of.sigma_n; };
   const between = function (points, at) {
     const exact = points.find(function (it) { return it.at === at; });

@@ -1,9 +1,9 @@
 //! The tables of the report: events, inputs, limitations, provenance.
 
 use maud::{Markup, html};
-use tipwatch_language::{say, word};
+use tipwatch_language::{decimals, say, word};
 
-use super::findings::Scene;
+use super::findings::{Scene, led_to};
 use super::when::Calendar;
 use crate::analysis::{Analysis, Input};
 use crate::base::file_hash::FileHash;
@@ -22,12 +22,30 @@ pub(super) fn events(analysis: &Analysis) -> Markup {
     let events = analysis.events.iter();
     let (of_machine, of_inputs): (Vec<&Event>, Vec<&Event>) =
         events.partition(|event| event.kind.is_stability());
-    let listed = of_machine.iter().take(MOST_LISTED);
-    let rows = listed.map(|event| event_row(&scene, calendar, event));
+    let became = |event: &&Event| led_to(&analysis.events, event);
+    let (stories, announced): (Vec<&Event>, Vec<&Event>) = of_machine
+        .iter()
+        .copied()
+        .partition(|event| became(event).is_none());
+    let announced: Vec<(i64, Option<&Event>)> = (announced.iter())
+        .map(|event| (event.start_ns, became(event)))
+        .collect();
+    let listed = stories.iter().take(MOST_LISTED);
+    let rows = listed.map(|event| {
+        let is_of = |(_, became): &&(i64, Option<&Event>)| {
+            became.is_some_and(|became| std::ptr::eq(became, *event))
+        };
+        let began_ns = announced
+            .iter()
+            .filter(is_of)
+            .map(|(start_ns, _)| *start_ns)
+            .min();
+        event_row(&scene, calendar, event, began_ns)
+    });
     html! {
         @if of_machine.is_empty() { p { (say!("No {} or edge event.", scene.word.one)) } }
         (table_of(rows))
-        (not_listed(of_machine.len(), word!("events")))
+        (not_listed(stories.len(), word!("events")))
         @if !of_inputs.is_empty() {
             h3 { (word!("Faults and gaps of inputs")) }
             (grouped(&scene, &of_inputs))
@@ -72,7 +90,7 @@ fn grouped(scene: &Scene, events: &[&Event]) -> Markup {
             (word!("Input and fault"), name.clone()),
             (word!("Times"), events.len().to_string()),
             (word!("Samples"), samples.unwrap_or_else(|| "–".into())),
-            (word!("Total duration [s]"), format!("{total:.2}")),
+            (word!("Total duration [s]"), decimals(format!("{total:.2}"))),
             (word!("First at [s]"), seconds(first)),
             (word!("Last at [s]"), seconds(last)),
             (word!("Worst value"), worst.unwrap_or_else(|| "–".into())),
@@ -81,11 +99,17 @@ fn grouped(scene: &Scene, events: &[&Event]) -> Markup {
     html! { (table_of(rows)) (not_listed(groups.len(), word!("groups"))) }
 }
 
-fn event_row(scene: &Scene, calendar: Calendar, event: &Event) -> [(String, String); 10] {
-    let seconds = |time_ns: i64| format!("{:.2}", scene.seconds(time_ns));
+/// `began_ns` is the start of the event that it came of: of a lift, when the wheel grew light.
+fn event_row(
+    scene: &Scene,
+    calendar: Calendar,
+    event: &Event,
+    began_ns: Option<i64>,
+) -> [(String, String); 11] {
+    let seconds = |time_ns: i64| decimals(format!("{:.2}", scene.seconds(time_ns)));
     let worst = match event.kind {
         _ if !event.worst.is_finite() => number(event.worst),
-        EventKind::TipOver => format!("{:.1}°", event.worst.to_degrees()),
+        EventKind::TipOver => decimals(format!("{:.1}°", event.worst.to_degrees())),
         _ => with_unit(event.worst, event.unit),
     };
     let end = event.end_ns.map(seconds);
@@ -106,6 +130,10 @@ fn event_row(scene: &Scene, calendar: Calendar, event: &Event) -> [(String, Stri
     [
         (word!("Event"), scene.kind(event)),
         (&support, scene.subject(event)),
+        (
+            word!("Announced from [s]"),
+            began_ns.map_or("–".into(), seconds),
+        ),
         (word!("Start [s]"), seconds(event.start_ns)),
         (
             word!("Start, date and time"),
@@ -139,10 +167,10 @@ fn input_row(input: &Input) -> [(&'static str, String); 12] {
     let timing = &input.timing;
     let unknown = || word!("not computable").to_string();
     let offset = timing.header_minus_log.map_or_else(unknown, |offset| {
-        format!(
+        decimals(format!(
             "{:.4} / {:.4} / {:.4}",
             offset.min_s, offset.median_s, offset.max_s
-        )
+        ))
     });
     let longest_gap = timing
         .gaps
@@ -154,7 +182,7 @@ fn input_row(input: &Input) -> [(&'static str, String); 12] {
         count => say!("{count}, longest {longest_gap:.2} s"),
     };
     let messages = timing.message_count as u64 + input.undecodable;
-    let rate = timing.rate_hz.map(|rate| format!("{rate:.1}"));
+    let rate = timing.rate_hz.map(|rate| decimals(format!("{rate:.1}")));
     [
         (word!("Signal"), readable(input.signal)),
         (word!("Topic"), input.topic.clone()),

@@ -372,7 +372,7 @@ fn name(explanation: &Explanation) -> String {
         "encoder_offset" => say!("an offset of encoder {subject}"),
         "encoder_stopped" => say!("encoder {subject} stopped"),
         "encoder_sign" => say!("encoder {subject} with the opposite sign"),
-        "imu_sign" => say!("IMU {subject} with the opposite sign"),
+        "imu_sign" => say!("IMU {} with the opposite sign", readable(subject)),
         "wheel_radius" => say!("a sunk or flat wheel {subject}"),
         _ => word!("none of these").into(),
     }

@@ -1,7 +1,7 @@
 //! The page of a replay: the suspension locked compared with the suspension moved.
 
 use maud::{Markup, html};
-use tipwatch_language::{say, told, word};
+use tipwatch_language::{decimals, say, told, word};
 use tipwatch_suspension::replay::Track;
 
 use super::findings::finding_list;
@@ -115,7 +115,7 @@ fn number(value: &serde_json::Value) -> String {
     match value.as_f64() {
         Some(value) if value == value.trunc() && value.abs() < 1e6 => format!("{value:.0}"),
         Some(value) if value.abs() >= 100.0 => format!("{value:.0}"),
-        Some(value) => format!("{value:.4}"),
+        Some(value) => decimals(format!("{value:.4}")),
         None => word!("unknown").into(),
     }
 }

@@ -1,7 +1,7 @@
 //! Date and time of rows and events, in Coordinated Universal Time (UTC).
 
 use jiff::Timestamp;
-use tipwatch_language::word;
+use tipwatch_language::{decimals, word};
 
 use crate::analysis::Analysis;
 
@@ -51,7 +51,9 @@ impl Calendar {
         // to the nearest hundredth: the format cuts
         let nearest = time_ns.saturating_add(5_000_000);
         let time = Timestamp::from_nanosecond(i128::from(nearest)).ok()?;
-        Some(time.strftime("%Y-%m-%d %H:%M:%S%.2f UTC").to_string())
+        Some(decimals(
+            time.strftime("%Y-%m-%d %H:%M:%S%.2f UTC").to_string(),
+        ))
     }
 
     /// The instant on the calendar; `None` if no clock tells it.

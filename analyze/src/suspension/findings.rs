@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use tipwatch_language::{say, word};
+use tipwatch_language::{decimals, say, word};
 use tipwatch_suspension::Status;
 use tipwatch_suspension::replay::Track;
 
@@ -103,7 +103,7 @@ fn loads(what_if: &WhatIf, wheel: usize, mode: &str) -> Finding {
 fn least_load_time(rows: &Table, load: &[f64]) -> String {
     let least = range(load)[0];
     match load.iter().position(|&load| load == least) {
-        Some(row) => format!("t = {:.2} s", rows.seconds(row)),
+        Some(row) => decimals(format!("t = {:.2} s", rows.seconds(row))),
         None => word!("unknown time").into(),
     }
 }

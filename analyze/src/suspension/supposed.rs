@@ -74,7 +74,7 @@ pub fn caveats(recorded: &Analysis, suppositions: &Suppositions) -> Vec<String> 
     }
     let machine = &recorded.machine;
     caveats.extend(measured_forces(machine).map(|forces| say!(
-        "The measured forces of {forces} show how the load is shared in A. The answers keep what they showed; the rows, figures and curves of B do not use them, so that B - A is more there than the effect of what is supposed."
+        "The measured forces of {forces} show how the load is shared in A. In B they are supposed to change by what the loads by the split rule change."
     )));
     let load = machine
         .load_on_tool()

@@ -13,22 +13,23 @@ use crate::dynamics::kinematics::BodyMotion;
 use crate::dynamics::newton_euler::{body_wrench, tool_wrench};
 use crate::evaluate::workspace::Workspace;
 use crate::explain::sensitivity::followed_by;
-use crate::geometry::spatial::{Wrench, z_axis};
+use crate::geometry::spatial::{Wrench, cross, z_axis};
 use crate::machine::{Inertia, Machine};
+use crate::number::Real;
 use crate::state::State;
 
 /// Force of an actuator (N), positive when it extends the rod.
 ///
 /// `linkage` is an index into [`Machine::linkages`]; `workspace` must hold the evaluation of `state`.
 #[must_use]
-pub fn actuator_force(
+pub fn actuator_force<T: Real>(
     machine: &Machine,
-    state: &State<f64>,
-    workspace: &Workspace<f64>,
+    state: &State<T>,
+    workspace: &Workspace<T>,
     linkage: usize,
-) -> f64 {
+) -> T {
     let step = RodStep::new(machine, state, &workspace.motions, linkage);
-    let mut force = 0.0;
+    let mut force = T::zero();
     for (body, wrench) in workspace.wrenches.iter().enumerate() {
         force += step.work(machine, body, wrench);
     }
@@ -45,7 +46,7 @@ pub fn actuator_force(
             let pushed = out.ground_wrench.force * (out.load[wheel] / out.normal_force);
             let wrench = Wrench {
                 force: pushed,
-                moment: contact.cross(&pushed),
+                moment: cross(&contact, &pushed),
             };
             force -= step.work(machine, spec.body, &wrench);
         }
@@ -81,22 +82,17 @@ pub fn carries_payload(machine: &Machine, linkage: usize, payload: usize) -> boo
 }
 
 /// Motion fields for a rod displacement of one metre.
-struct RodStep {
+struct RodStep<T> {
     /// The body that each field moves together with its distal subtree.
-    fields: [(usize, Field<f64>); 3],
+    fields: [(usize, Field<T>); 3],
 }
 
-impl RodStep {
-    fn new(
-        machine: &Machine,
-        state: &State<f64>,
-        motions: &[BodyMotion<f64>],
-        linkage: usize,
-    ) -> Self {
+impl<T: Real> RodStep<T> {
+    fn new(machine: &Machine, state: &State<T>, motions: &[BodyMotion<T>], linkage: usize) -> Self {
         let linkage = &machine.linkages[linkage];
         let [pivot, cylinder, rod] = followed_by(linkage, state).map(|by| by.coordinate);
         let axis = |body: usize| z_axis(&motions[body].rotation);
-        let turning = |body: usize, angle: f64| {
+        let turning = |body: usize, angle: T| {
             let field = Field::turning(&axis(body), &motions[body].origin);
             (body, field.scaled(angle / rod))
         };
@@ -111,13 +107,13 @@ impl RodStep {
     }
 
     /// Work of a body's wrench in that displacement.
-    fn work(&self, machine: &Machine, body: usize, wrench: &Wrench<f64>) -> f64 {
+    fn work(&self, machine: &Machine, body: usize, wrench: &Wrench<T>) -> T {
         let carried = self
             .fields
             .iter()
             .filter(|(by, _)| machine.is_carried_by(body, *by));
-        carried
-            .map(|(_, field)| field.linear.dot(&wrench.force) + field.angular.dot(&wrench.moment))
-            .sum()
+        carried.fold(T::zero(), |sum, (_, field)| {
+            sum + field.linear.dot(&wrench.force) + field.angular.dot(&wrench.moment)
+        })
     }
 }

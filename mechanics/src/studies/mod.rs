@@ -5,6 +5,7 @@ pub(crate) mod actuator_force_sigma;
 #[cfg(test)]
 mod closed_form_against_newton_euler;
 pub(crate) mod combination_sigma;
+pub(crate) mod forces_by_rule;
 pub mod load_capacity;
 pub mod measured_loads;
 pub mod monte_carlo;

@@ -109,6 +109,39 @@ macro_rules! message {
     };
 }
 
+/// Numbers, signs and units as the language of the process writes them: with its decimal mark. Not for names, which may hold
+/// versions.
+#[must_use]
+pub fn decimals(text: impl Into<String>) -> String {
+    let text = text.into();
+    match is_english() {
+        true => text,
+        false => with_commas(&text),
+    }
+}
+
+/// With a comma in place of a point between two digits.
+fn with_commas(text: &str) -> String {
+    let bytes = text.as_bytes();
+    let is_digit = |at: Option<usize>| {
+        at.and_then(|at| bytes.get(at))
+            .is_some_and(u8::is_ascii_digit)
+    };
+    let letters = text.char_indices().map(|(at, letter)| {
+        let is_mark = letter == '.' && is_digit(at.checked_sub(1)) && is_digit(Some(at + 1));
+        if is_mark { ',' } else { letter }
+    });
+    letters.collect()
+}
+
+/// A value of a sentence: a number has the decimal mark of the language.
+fn localised(value: &str) -> Cow<'_, str> {
+    match value.trim().parse::<f64>() {
+        Ok(_) => with_commas(value).into(),
+        Err(_) => value.into(),
+    }
+}
+
 /// A sentence of the language of the process: the text of its placeholders by their names or numbers. A sentence that
 /// the table lacks stays English.
 #[must_use]
@@ -133,7 +166,7 @@ pub fn filled(english: &'static str, values: &[(&str, String)]) -> String {
                 // one name may stand twice, in two formats
                 let times = said.entry(key).or_default();
                 let (_, value) = of_name[(*times).min(of_name.len() - 1)];
-                text.push_str(value);
+                text.push_str(&localised(value));
                 *times += 1;
             }
         }
@@ -252,6 +285,14 @@ mod tests {
         );
         let twice = [("x", "1.0".to_owned()), ("x", "1.00".to_owned())];
         assert_eq!(filled("{x:.1} {x:.2} {x}", &twice), "1.0 1.00 1.00");
+    }
+
+    #[test]
+    fn numbers_have_the_decimal_mark_of_the_language() {
+        let values = [("0", "-1.25".to_owned()), ("1", "v1.2.3".to_owned())];
+        assert_eq!(filled("{0} m of {1}.", &values), "-1,25 m of v1.2.3.");
+        assert_eq!(with_commas("t = 1.20 ± 0.3 s."), "t = 1,20 ± 0,3 s.");
+        assert_eq!(decimals("1.5"), "1.5", "English");
     }
 
     #[test]

@@ -4,16 +4,16 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 use tipwatch_language::{say, word};
-use tipwatch_mechanics::Parameter;
 use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::{ForcesByRule, Parameter};
 
 use super::super::sensitivity::SensitivityTable;
 use super::super::standing_rows::StandingRows;
 use super::candidates::{Candidate, candidates};
 use super::change::Change;
-use super::counterfactual::sigma;
+use super::counterfactual::sigma_by;
 use super::result::{Advice, BeforeAfter, RejectedChange, SimulatedChange, WheelMargins};
-use super::simulate::{Margins, as_logged, otf_by_rule};
+use super::simulate::{Margins, as_logged};
 use super::solve::{Bounds, Solution, solve};
 use super::window::{FARTHEST_REST_NS, LONGEST_TIPPING_NS, MARGIN_NS, Window, event_around};
 use crate::base::number::{known, percent, short};
@@ -46,7 +46,7 @@ pub(crate) fn advise(
         // nothing is simulated
         Some(_) => [rows.times_ns[worst.row]; 2],
     };
-    let mut window = Window::around(machine, rows, window);
+    let window = Window::around(machine, rows, window);
     let mut advice = Advice {
         wheel: machine.wheels()[worst.wheel].name.to_lowercase(),
         limit_n: worst.limit_n,
@@ -67,13 +67,9 @@ pub(crate) fn advise(
     if advice.not_simulated.is_some() {
         return Some(advice);
     }
-    if window.may_measure_split() {
-        let by_rule = otf_by_rule(&window, &window.evaluator);
-        window.keep_measured_split(rows, &by_rule);
-    }
     let logged = as_logged(&window);
     let bounds = bounds(machine, &logged, &limit);
-    let sigmas = sigmas(&window, &logged);
+    let sigmas = sigmas(&window, None, &logged);
     let sure = bounds.with_margin(|wheel| AIMED_SIGMAS * sigmas[wheel].unwrap_or(0.0));
     let first_order = |parameter: Parameter| {
         let mut table = sensitivity.rows.iter();
@@ -217,15 +213,33 @@ fn directed_name(machine: &Machine, candidate: &Candidate) -> String {
     }
 }
 
-/// Standard deviation of the smallest OTF of each wheel, by the states of the log at its time (N).
-fn sigmas(window: &Window, found: &Margins) -> Vec<Option<f64>> {
+/// Standard deviation of the smallest OTF of each wheel (N), in the states after a change by an amount.
+fn sigmas(window: &Window, change: Option<(Change, f64)>, found: &Margins) -> Vec<Option<f64>> {
+    let logged = window.machine();
+    let changed = change.and_then(|(change, amount)| change.changed_machine(amount, logged));
+    let machine = changed.as_ref().unwrap_or(logged);
     let wheels = 0..found.otf.len();
     let of_wheel = |wheel: usize| {
         let own: Vec<f64> = wheels
             .clone()
             .map(|other| f64::from(other == wheel))
             .collect();
-        sigma(window, found.otf[wheel].1, &own)
+        let place = found.otf[wheel].1;
+        let mut forces = ForcesByRule::new(machine);
+        let as_changed = sigma_by(machine, place, &own, |place, state| {
+            window.states.get(place, state);
+            if let Some((change, amount)) = change {
+                forces.change([logged, machine], state, |state| {
+                    change.apply(amount, window.entry_speed, state);
+                });
+            }
+        });
+        // a machine that would have tipped from the first row on has no derivatives: as logged it had
+        as_changed.or_else(|| {
+            sigma_by(logged, place, &own, |place, state| {
+                window.states.get(place, state);
+            })
+        })
     };
     wheels.clone().map(of_wheel).collect()
 }
@@ -245,7 +259,11 @@ impl Told<'_> {
         let (machine, logged, found) = (self.machine, self.logged, &solution.margins);
         let (least_otf_n, place) = found.otf[self.worst.wheel];
         let row = self.window.rows[place];
-        let sigmas = sigmas(self.window, found);
+        let sigmas = sigmas(
+            self.window,
+            Some((candidate.change, solution.amount)),
+            found,
+        );
         let sign = candidate.change.sign();
         let of_wheel = |(wheel, spec): (usize, &tipwatch_mechanics::machine::Wheel)| {
             let margins = WheelMargins {

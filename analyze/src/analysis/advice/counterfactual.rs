@@ -7,14 +7,15 @@ use rayon::prelude::*;
 use tipwatch_language::word;
 use tipwatch_mechanics::machine::{Machine, Parameter, Split};
 use tipwatch_mechanics::{
-    BatchEvaluator, Placement, Scope, State, StateColumns, Workspace, combination_sigma, evaluate,
+    BatchEvaluator, ForcesByRule, Placement, Scope, State, StateColumns, Workspace,
+    combination_sigma, evaluate,
 };
 
 use super::super::standing_rows::StandingRows;
 use super::candidates::base_rests;
 use super::ground_slope::GroundSlope;
 use super::hypothesis::{Hypothesis, Supposed, attached_kg};
-use super::simulate::{least_sum, otf_by_rule};
+use super::simulate::{least_sum, otf};
 use super::window::Window;
 use crate::base::number::known;
 use crate::base::table::Table;
@@ -143,10 +144,6 @@ impl<'a> Question<'a> {
         let mut window = Window::of(machine, rows, first..last + 1, span_ns);
         if window.rows.is_empty() {
             return None;
-        }
-        if window.may_measure_split() {
-            let by_rule = otf_by_rule(&window, &window.evaluator);
-            window.keep_measured_split(rows, &by_rule);
         }
         if window.rows.len() > MOST_ROWS {
             let step = window.rows.len().div_ceil(MOST_ROWS);
@@ -318,11 +315,10 @@ impl<'a> Question<'a> {
         let is_own = |factor: &f64| *factor > 0.0;
         let wheel = self.factors.iter().position(is_own)?;
         let changed = machine.changed(&[(Parameter::RollMomentDistribution, SHARE_STEP)]);
-        let otf =
-            |evaluator: &BatchEvaluator| otf_by_rule(&self.window, evaluator).swap_remove(wheel);
+        let of_wheel = |evaluator: &BatchEvaluator| otf(&self.window, evaluator).swap_remove(wheel);
         let (by_stated, by_other) = (
-            otf(&self.window.evaluator),
-            otf(&Window::evaluator(&changed)),
+            of_wheel(&self.window.evaluator),
+            of_wheel(&Window::evaluator(&changed)),
         );
         let (mut least, mut most) = (0.0_f64, 1.0_f64);
         for (otf, other) in by_stated.into_iter().zip(by_other) {
@@ -415,18 +411,20 @@ impl Window {
         let mut supposed = Supposed::new(machine);
         let mut states = StateColumns::unknown(machine, self.rows.len());
         let mut state = State::zero(machine);
+        let mut forces = ForcesByRule::new(machine);
         for place in 0..self.rows.len() {
             self.states.get(place, &mut state);
-            for hypothesis in hypotheses {
-                supposed.apply(hypothesis, times_ns[self.rows[place]], &mut state);
-            }
+            forces.change([self.machine(), machine], &mut state, |state| {
+                for hypothesis in hypotheses {
+                    supposed.apply(hypothesis, times_ns[self.rows[place]], state);
+                }
+            });
             states.set(place, &mut state);
         }
         Self {
             evaluator: Arc::new(Self::evaluator(machine)),
             states,
             rows: self.rows.clone(),
-            measured_split: self.measured_split.clone(),
             held: self.held.clone(),
             ..*self
         }
@@ -450,15 +448,27 @@ fn factors(window: &Window, event: &Event) -> Option<Vec<f64>> {
     factors_off(machine, &placement, edge).map(|(factors, _)| factors)
 }
 
-/// Standard deviation of the weighted sum in a row of a window (N). There are no derivatives while a machine tips: it is then
-/// that of the last row before.
-pub(super) fn sigma(window: &Window, place: usize, factors: &[f64]) -> Option<f64> {
+/// Standard deviation of the weighted sum in a row of a window (N).
+fn sigma(window: &Window, place: usize, factors: &[f64]) -> Option<f64> {
     let machine = window.machine();
+    sigma_by(machine, place, factors, |place, state| {
+        window.states.get(place, state);
+    })
+}
+
+/// Standard deviation of the weighted sum in a row (N), of a machine in the states that `read` reads. There are no derivatives
+/// while a machine tips: it is then that of the last row before.
+pub(super) fn sigma_by(
+    machine: &Machine,
+    place: usize,
+    factors: &[f64],
+    mut read: impl FnMut(usize, &mut State<f64>),
+) -> Option<f64> {
     let mut workspace = Workspace::with_scope(machine, Scope::LOADS_AND_DERIVATIVES);
     let mut state = State::zero(machine);
     let mut places = (0..=place).rev().take(MOST_ROWS_BACK);
     places.find_map(|place| {
-        window.states.get(place, &mut state);
+        read(place, &mut state);
         evaluate(machine, &state, &mut workspace);
         let sigma_n = combination_sigma(machine, &state, &workspace, factors);
         (sigma_n > 0.0 && sigma_n.is_finite()).then_some(sigma_n)

@@ -68,7 +68,7 @@ pub struct SimulatedChange {
     pub least_otf_n: f64,
     /// Time of that OTF (ns).
     pub least_otf_ns: i64,
-    /// Standard deviation of the OTF as computed from the log, at that time (N); null if unknown.
+    /// Its standard deviation (N); null if unknown.
     pub otf_sigma_n: Option<f64>,
     /// Residual of the solution: smallest OTF minus limit (N).
     pub residual_n: f64,

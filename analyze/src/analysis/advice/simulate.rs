@@ -1,7 +1,9 @@
 //! Simulation of a change: the smallest margins over the rows of the window.
 
+use std::cell::RefCell;
+
 use rayon::prelude::*;
-use tipwatch_mechanics::{BatchEvaluator, Lanes, OutcomeColumns, Quantity, State};
+use tipwatch_mechanics::{BatchEvaluator, ForcesByRule, Lanes, OutcomeColumns, Quantity, State};
 
 use super::change::Change;
 use super::window::Window;
@@ -24,28 +26,27 @@ pub(super) struct Margins {
 
 /// Evaluates the window as logged.
 pub(super) fn as_logged(window: &Window) -> Margins {
-    margins(window, &window.evaluator, &|_| {})
+    margins(window, &window.evaluator, None)
 }
 
 /// Evaluates the window with a change by an amount.
 pub(super) fn simulate(window: &Window, change: Change, amount: f64) -> Margins {
     if let Some(machine) = change.changed_machine(amount, window.machine()) {
-        return margins(window, &Window::evaluator(&machine), &|_| {});
+        return margins(window, &Window::evaluator(&machine), Some(&|_| {}));
     }
     let changed = |state: &mut State<Lanes>| change.apply(amount, window.entry_speed, state);
-    margins(window, &window.evaluator, &changed)
+    margins(window, &window.evaluator, Some(&changed))
 }
 
-/// OTF under the split rule of an evaluator's machine, by wheel and row (N), without the part that measured actuator forces
-/// determine.
-pub(super) fn otf_by_rule(window: &Window, evaluator: &BatchEvaluator) -> Vec<Vec<f64>> {
+/// OTF of an evaluator's machine, by wheel and row (N).
+pub(super) fn otf(window: &Window, evaluator: &BatchEvaluator) -> Vec<Vec<f64>> {
     let of_block = |outcomes: &OutcomeColumns, _| -> Vec<Vec<f64>> {
         let wheels = 0..window.machine().wheels().len();
         wheels
             .map(|wheel| outcomes.column(Quantity::Otf(wheel)).to_vec())
             .collect()
     };
-    let blocks = blocks(window, evaluator, &|_| {}, of_block);
+    let blocks = blocks(window, evaluator, None, of_block);
     let joined = |mut all: Vec<Vec<f64>>, block: Vec<Vec<f64>>| {
         for (column, more) in all.iter_mut().zip(block) {
             column.extend(more);
@@ -59,48 +60,45 @@ pub(super) fn otf_by_rule(window: &Window, evaluator: &BatchEvaluator) -> Vec<Ve
 /// in one of ten.
 pub(super) fn least_sum(window: &Window, factors: &[f64]) -> Option<(f64, usize)> {
     let of_block = |outcomes: &OutcomeColumns, first: usize| {
-        let columns: Vec<(&[f64], f64, usize)> = factors
+        let columns: Vec<(&[f64], f64)> = factors
             .iter()
             .enumerate()
             .filter(|(_, factor)| **factor != 0.0)
-            .map(|(wheel, &factor)| (outcomes.column(Quantity::Otf(wheel)), factor, wheel))
+            .map(|(wheel, &factor)| (outcomes.column(Quantity::Otf(wheel)), factor))
             .collect();
-        let rows = columns.first().map_or(0, |(column, ..)| column.len());
+        let rows = columns.first().map_or(0, |(column, _)| column.len());
         let sum = |row: usize| -> f64 {
-            let of_wheel = |(column, factor, wheel): &(&[f64], f64, usize)| {
-                let measured = window.measured_split.get(*wheel);
-                factor * (column[row] + measured.map_or(0.0, |split| split[first + row]))
-            };
+            let of_wheel = |(column, factor): &(&[f64], f64)| factor * column[row];
             columns.iter().map(of_wheel).sum()
         };
         let known = (0..rows).map(|row| (sum(row), first + row));
         let known: Vec<Placed> = known.filter(|(sum, _)| sum.is_finite()).collect();
         (known.len(), known.into_iter().fold(NONE, smaller))
     };
-    let blocks = blocks(window, &window.evaluator, &|_| {}, of_block).into_iter();
+    let blocks = blocks(window, &window.evaluator, None, of_block).into_iter();
     let (known, least) = blocks.fold((0, NONE), |(count, least), (known, of_block)| {
         (count + known, smaller(least, of_block))
     });
     (known > 0 && 10 * known >= 9 * window.rows.len()).then_some(least)
 }
 
-/// The smallest margins of the window by an evaluator, after a change of its states.
+/// The smallest margins of the window by an evaluator, after a change of its states or of its machine.
 fn margins(
     window: &Window,
     evaluator: &BatchEvaluator,
-    change: &(dyn Fn(&mut State<Lanes>) + Sync),
+    change: Option<&StateChange<'_>>,
 ) -> Margins {
     let of_block = |outcomes: &OutcomeColumns, first| Least::of_block(window, outcomes, first);
     let blocks = blocks(window, evaluator, change, of_block).into_iter();
     blocks.fold(Least::of_none(window), Least::and).margins()
 }
 
-/// Evaluates the window in parallel blocks after a change of its states. `look` sees the outcomes of each, and the place
-/// of its first row.
+/// Evaluates the window in parallel blocks, as logged or after a change of its states or of its machine. `look` sees the outcomes
+/// of each, and the place of its first row.
 fn blocks<R: Send>(
     window: &Window,
     evaluator: &BatchEvaluator,
-    change: &(dyn Fn(&mut State<Lanes>) + Sync),
+    change: Option<&StateChange<'_>>,
     look: impl Fn(&OutcomeColumns, usize) -> R + Sync,
 ) -> Vec<R> {
     let rows = window.rows.len();
@@ -109,11 +107,22 @@ fn blocks<R: Send>(
         .into_par_iter()
         .map(|first| {
             let block = first..(first + BLOCK_ROWS).min(rows);
-            evaluator.look_at(&window.states, block, change, |found| look(found, first))
+            let look = |found: &OutcomeColumns| look(found, first);
+            let Some(change) = change else {
+                return evaluator.look_at(&window.states, block, &|_| {}, look);
+            };
+            let machines = [window.machine(), evaluator.machine()];
+            let forces = RefCell::new(ForcesByRule::new(window.machine()));
+            let changed = |state: &mut State<Lanes>| {
+                forces.borrow_mut().change(machines, state, change);
+            };
+            evaluator.look_at(&window.states, block, &changed, look)
         })
         .collect()
 }
 
+/// What changes states.
+type StateChange<'a> = dyn Fn(&mut State<Lanes>) + Sync + 'a;
 /// A number and its place.
 type Placed = (f64, usize);
 /// Where no number is known.
@@ -151,10 +160,8 @@ impl Least {
             (value, first + row)
         };
         let otf = wheels.clone().map(|wheel| {
-            let by_rule = outcomes.column(Quantity::Otf(wheel)).iter().enumerate();
-            let measured = window.measured_split.get(wheel);
-            let measured = |row: usize| measured.map_or(0.0, |split| split[first + row]);
-            least(&mut by_rule.map(|(row, otf)| otf + measured(row)))
+            let column = outcomes.column(Quantity::Otf(wheel));
+            least(&mut column.iter().copied())
         });
         let any_split = wheels.map(|wheel| {
             let column = outcomes.column(Quantity::LoadLeast(wheel));

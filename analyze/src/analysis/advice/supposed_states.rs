@@ -4,20 +4,26 @@ use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
-use tipwatch_mechanics::State;
 use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::{ForcesByRule, State};
 
 use super::hypothesis::{Hypothesis, Supposed};
 use super::to_base::ToBase;
 use crate::base::state_source::{EstimatedStates, StateSource};
+use crate::base::support_sets::SupportSets;
 
-/// States whose sensor is at the base frame, changed by hypotheses in their order. Measured forces of actuators are unknown.
+/// States whose sensor is at the base frame, changed by hypotheses in their order. Measured forces change by what those of the
+/// split rule change, see [`ForcesByRule`].
 pub(crate) struct SupposedStates {
     recorded: Arc<dyn StateSource>,
     /// The machine that was recorded.
     recorded_by: Machine,
     /// The same with its sensor at the base frame.
     machine: Machine,
+    /// The machine as recorded and as supposed, on each set of its supports, with its sensor at the base frame.
+    standing: Vec<[Machine; 2]>,
+    /// Which of these each row is on; the only one of a machine that is always on the same supports.
+    supports: Option<SupportSets>,
     hypotheses: Vec<Hypothesis>,
     /// Of the rows (ns), and which of the recorded states is that of the first.
     times_ns: Vec<i64>,
@@ -37,12 +43,15 @@ impl SupposedStates {
     pub(crate) fn new(
         recorded: Arc<dyn StateSource>,
         recorded_by: Machine,
+        (standing, supports): (Vec<[Machine; 2]>, Option<SupportSets>),
         hypotheses: Vec<Hypothesis>,
         (times_ns, first): (Vec<i64>, usize),
     ) -> Self {
         Self {
             recorded,
             machine: recorded_by.measured_at_base(),
+            standing,
+            supports,
             recorded_by,
             hypotheses,
             times_ns,
@@ -50,23 +59,38 @@ impl SupposedStates {
         }
     }
 
-    /// Time of a recorded state (ns); of one beside the rows, which is read with them, that of the nearest row.
-    fn time_ns(&self, state: usize) -> i64 {
+    /// Row of a recorded state; of one beside the rows, which is read with them, the nearest row.
+    fn row_of(&self, state: usize) -> usize {
         let last = self.times_ns.len().saturating_sub(1);
-        let row = state.saturating_sub(self.first).min(last);
-        self.times_ns.get(row).copied().unwrap_or(0)
+        state.saturating_sub(self.first).min(last)
     }
 
     /// Calls `change` with each row and its state.
     fn changed(&self, mut each: impl FnMut(&mut dyn FnMut(usize, &mut State<f64>))) {
         let mut to_base = ToBase::new(&self.recorded_by);
         let mut supposed = Supposed::new(&self.machine);
-        each(&mut |row, state| {
+        let mut forces: Vec<_> = self.standing.iter().map(|_| None).collect();
+        each(&mut |place, state| {
+            let row = self.row_of(place);
+            let time_ns = self.times_ns.get(row).copied().unwrap_or(0);
             to_base.apply(&self.recorded_by, state);
-            for hypothesis in &self.hypotheses {
-                supposed.apply(hypothesis, self.time_ns(row), state);
+            let mut change = |state: &mut State<f64>| {
+                for hypothesis in &self.hypotheses {
+                    supposed.apply(hypothesis, time_ns, state);
+                }
+            };
+            let on = match &self.supports {
+                Some(supports) => supports.index_of_row(row),
+                None => Some(0),
+            };
+            match on.and_then(|on| Some((self.standing.get(on)?, forces.get_mut(on)?))) {
+                Some(([from, to], forces)) => {
+                    let forces = forces.get_or_insert_with(|| ForcesByRule::new(to));
+                    forces.change([from, to], state, &mut change);
+                }
+                // on what it stands is not known, and so no load
+                None => change(state),
             }
-            state.actuator_force.fill(f64::NAN);
         });
     }
 }

@@ -5,9 +5,7 @@ use std::sync::Arc;
 
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::Reason;
-use tipwatch_mechanics::{
-    BaseState, BatchEvaluator, ImuState, Model, Quantity, Scope, State, StateColumns,
-};
+use tipwatch_mechanics::{BatchEvaluator, ForcesByRule, Model, Scope, State, StateColumns};
 
 use super::to_base::ToBase;
 use crate::base::table::Table;
@@ -27,12 +25,10 @@ pub(super) const LONGEST_TIPPING_NS: i64 = 5_000_000_000;
 pub(super) struct Window {
     /// Computes loads of the machine with its sensor frame at the base frame.
     pub(super) evaluator: Arc<BatchEvaluator>,
-    /// The states: `imu` is the motion of the base, forces of actuators are unknown.
+    /// The states: `imu` is the motion of the base.
     pub(super) states: StateColumns,
     /// The rows of the log.
     pub(super) rows: Vec<usize>,
-    /// Part of the OTF that measured actuator forces determine, by wheel and row (N); empty without such forces.
-    pub(super) measured_split: Vec<Vec<f64>>,
     /// Forward velocity (m/s) in the first row; NaN if unknown.
     pub(super) entry_speed: f64,
     /// Rows in which the machine was tipping.
@@ -75,7 +71,6 @@ impl Window {
             evaluator: Arc::new(Self::evaluator(&machine.measured_at_base())),
             states: StateColumns::unknown(machine, span.len()),
             rows: Vec::new(),
-            measured_split: Vec::new(),
             entry_speed: f64::NAN,
             held: Vec::new(),
             left_out: 0,
@@ -116,12 +111,10 @@ impl Window {
 
     /// Some of the rows.
     pub(super) fn pick(&self, picked: &[usize]) -> Self {
-        let split = |column: &Vec<f64>| picked.iter().map(|&row| column[row]).collect();
         Self {
             evaluator: Arc::clone(&self.evaluator),
             states: self.states.picked(picked.iter().copied()),
             rows: picked.iter().map(|&row| self.rows[row]).collect(),
-            measured_split: self.measured_split.iter().map(split).collect(),
             entry_speed: self.entry_speed,
             held: picked.iter().map(|&row| self.held[row]).collect(),
             left_out: self.left_out,
@@ -132,27 +125,6 @@ impl Window {
     /// Whether measured actuator forces may determine a part of the split.
     pub(super) fn may_measure_split(&self) -> bool {
         !self.machine().contact().actuated_joints.is_empty()
-    }
-
-    /// Takes the split by measured actuator forces, as logged, over the one by the split rule, `by_rule`. While the
-    /// machine tips, the last one from before stays.
-    pub(super) fn keep_measured_split(&mut self, rows: &Table, by_rule: &[Vec<f64>]) {
-        let (Some(&first), Some(&last)) = (self.rows.first(), self.rows.last()) else {
-            return;
-        };
-        let logged = rows.window(first..last + 1);
-        let of_wheel = |(wheel, by_rule): (usize, &Vec<f64>)| {
-            let logged = logged.outcomes.column(Quantity::Otf(wheel));
-            let mut last = 0.0;
-            let at = |(place, &row): (usize, &usize)| {
-                if !self.held[place] {
-                    last = logged[row - first] - by_rule[place];
-                }
-                last
-            };
-            self.rows.iter().enumerate().map(at).collect()
-        };
-        self.measured_split = by_rule.iter().enumerate().map(of_wheel).collect();
     }
 
     /// Calls `visit` with each state.
@@ -196,18 +168,14 @@ fn span(machine: &Machine, rows: &Table, event: [i64; 2]) -> Range<usize> {
 /// The motion of the base, row by row.
 struct BaseOfRows<'a> {
     machine: &'a Machine,
+    at_base: Machine,
     state: State<f64>,
     to_base: ToBase,
-    /// Its motion in the last row in which the machine was not tipping.
-    before: Option<BaseBefore>,
+    forces: ForcesByRule<f64>,
+    /// The last row in which the machine was not tipping.
+    before: Option<State<f64>>,
     /// Since when the machine has been tipping (ns).
     tipping_since: Option<i64>,
-}
-
-#[derive(Clone, Copy)]
-struct BaseBefore {
-    imu: ImuState<f64>,
-    base: BaseState<f64>,
 }
 
 enum BaseAt {
@@ -223,15 +191,18 @@ impl<'a> BaseOfRows<'a> {
     fn new(machine: &'a Machine) -> Self {
         Self {
             machine,
+            at_base: machine.measured_at_base(),
             state: State::zero(machine),
             to_base: ToBase::new(machine),
+            forces: ForcesByRule::new(machine),
             before: None,
             tipping_since: None,
         }
     }
 
     /// The state of a row with the motion of the base as its sensor's. Once the machine tips, the measured motion of the
-    /// base is that of the fall: the base then keeps its motion from before, and the joints move as logged.
+    /// base is that of the fall: the base then keeps its motion from before, and the joints move as logged. Measured forces change
+    /// by what those of the split rule do.
     fn at(&mut self, rows: &Table, row: usize) -> BaseAt {
         let (machine, reasons) = (self.machine, rows.reasons[row]);
         let tips = reasons.has(Reason::Tipping) || reasons.has(Reason::NoGroundContact);
@@ -259,19 +230,21 @@ impl<'a> BaseOfRows<'a> {
             if rows.times_ns[row].saturating_sub(since) > LONGEST_TIPPING_NS {
                 return BaseAt::TooLate;
             }
-            let Some(before) = self.before else {
+            let Some(before) = &self.before else {
                 return BaseAt::Unknown;
             };
-            (self.state.imu, self.state.base) = (before.imu, before.base);
+            let falling = std::mem::replace(&mut self.state, before.clone());
+            let machines = [&self.at_base; 2];
+            self.forces.change(machines, &mut self.state, |state| {
+                let (imu, base) = (state.imu, state.base);
+                *state = falling;
+                (state.imu, state.base) = (imu, base);
+            });
         } else {
             self.tipping_since = None;
             self.to_base.apply(machine, &mut self.state);
-            self.before = Some(BaseBefore {
-                imu: self.state.imu,
-                base: self.state.base,
-            });
+            self.before = Some(self.state.clone());
         }
-        self.state.actuator_force.fill(f64::NAN);
         BaseAt::Known { held: tips }
     }
 }

@@ -6,6 +6,7 @@ use anyhow::{Error, Result};
 use tipwatch_language::say;
 use tipwatch_mechanics::machine::Machine;
 
+use super::super::Analysis;
 use super::super::advice::{Hypothesis, SupposedStates};
 use super::super::payload::{self, EstimatedPayload};
 use super::super::supports;
@@ -13,7 +14,7 @@ use super::super::task::Task;
 use super::estimate::EstimatedLog;
 use super::read::ReadLog;
 use crate::base::state_source::StateSource;
-use crate::base::support_sets::SupportSets;
+use crate::base::support_sets::{SupportSet, SupportSets};
 use crate::load::MeasuredLoads;
 
 /// What belongs to the machine of a log. The machine itself is that of [`ReadLog`], and does not change any more.
@@ -52,34 +53,42 @@ impl PreparedMachine {
             let note = say!("Utilisation is unknown: {error}.");
             loaded.notes.push(note);
         }
-        let recorded_machine = loaded.machine.clone();
-        let hypotheses = task.supposed.map(|(hypotheses, _)| hypotheses);
-        if let Some(hypotheses) = hypotheses {
-            let machine = Hypothesis::machine(hypotheses, &loaded.machine.measured_at_base())
-                .map_err(Error::msg)?;
-            let recorded_by = std::mem::replace(&mut loaded.machine, machine);
-            let times = (rows.times_ns.clone(), rows.first);
-            rows.look_through(|recorded| -> Arc<dyn StateSource> {
-                let hypotheses = hypotheses.to_vec();
-                Arc::new(SupposedStates::new(
-                    recorded,
-                    recorded_by,
-                    hypotheses,
-                    times,
-                ))
+        let recorded_by = loaded.machine.clone();
+        let Some((hypotheses, recorded)) = task.supposed else {
+            let unchanged = (&recorded_by, &Ok as &dyn Fn(Machine) -> _);
+            let on_supports = supports::of_rows(loaded, unchanged, &rows.times_ns, read.scope);
+            return Ok(Self {
+                measured_loads,
+                payloads,
+                on_supports,
             });
-        }
-        // what is supposed changes no reference load
-        let suppose = |machine: Machine| match hypotheses {
-            Some(all) => Hypothesis::machine(all, &machine.measured_at_base()),
-            None => Ok(machine),
         };
-        let on_supports = supports::of_rows(
-            loaded,
-            (&recorded_machine, &suppose),
-            &rows.times_ns,
-            read.scope,
-        );
+        // what is supposed changes no reference load
+        let suppose =
+            |machine: Machine| Hypothesis::machine(hypotheses, &machine.measured_at_base());
+        loaded.machine = suppose(recorded_by.clone()).map_err(Error::msg)?;
+        let mut on_supports =
+            supports::of_rows(loaded, (&recorded_by, &suppose), &rows.times_ns, read.scope);
+        if let Some((_, supports)) = &mut on_supports {
+            supports.are_measured = false;
+        }
+        let standing = match &on_supports {
+            Some((_, supports)) => of_sets(recorded, supports),
+            None => vec![[recorded.machine.measured_at_base(), loaded.machine.clone()]],
+        };
+        let sets = on_supports.as_ref().map(|(_, supports)| supports.clone());
+        let times = (rows.times_ns.clone(), rows.first);
+        rows.look_through(|recorded| -> Arc<dyn StateSource> {
+            let hypotheses = hypotheses.to_vec();
+            let standing = (standing, sets);
+            Arc::new(SupposedStates::new(
+                recorded,
+                recorded_by,
+                standing,
+                hypotheses,
+                times,
+            ))
+        });
         Ok(Self {
             measured_loads,
             payloads,
@@ -92,4 +101,16 @@ impl PreparedMachine {
         let named = self.on_supports.as_ref().map(|(named, _)| named);
         named.unwrap_or(machine)
     }
+}
+
+/// The machine as recorded and as supposed, on each of its sets of supports.
+fn of_sets(recorded: &Analysis, supposed: &SupportSets) -> Vec<[Machine; 2]> {
+    let as_recorded = recorded.rows.supports();
+    let of_set = |set: &SupportSet| {
+        let mut same = as_recorded.into_iter().flat_map(|supports| &supports.sets);
+        let same = same.find(|it| it.machine.stands_on() == set.machine.stands_on());
+        let recorded = same.map_or(&set.machine, |same| &same.machine);
+        [recorded.measured_at_base(), set.machine.clone()]
+    };
+    supposed.sets.iter().map(of_set).collect()
 }

@@ -1,6 +1,6 @@
 //! What a finding says of an incident or an event in its first line.
 
-use tipwatch_language::{is_english, say, word};
+use tipwatch_language::{decimals, is_english, say, word};
 
 use super::incident::Incident;
 use super::rank::rank;
@@ -111,13 +111,16 @@ impl Scene {
             Bound::At | Bound::AtOrAfter => "",
             Bound::AtOrBefore => word!(" or earlier"),
         };
-        format!("t = {:.2}{band} s{earlier}", self.seconds(event.start_ns))
+        decimals(format!(
+            "t = {:.2}{band} s{earlier}",
+            self.seconds(event.start_ns)
+        ))
     }
 
     /// A time of the end of an event with its band.
     pub(in crate::report) fn end(&self, event: &Event, end_ns: i64) -> String {
         let band = event.end_sigma_s.map_or(String::new(), band);
-        format!("{:.2}{band} s", self.seconds(end_ns))
+        decimals(format!("{:.2}{band} s", self.seconds(end_ns)))
     }
 
     fn lasting(&self, event: &Event) -> String {
@@ -179,7 +182,7 @@ impl Scene {
 
     /// Events that differ in the wheel alone as one step of their incident's course.
     pub(in crate::report) fn joined_step(&self, group: &[&Event]) -> String {
-        let subjects = enumerated(&self.subjects(group));
+        let subjects = enumerated(&self.subjects_of(group));
         let named = format!("{} {subjects}", self.word_of(group).many);
         match group {
             [only] => self.step(only),
@@ -277,7 +280,7 @@ impl Scene {
     }
 
     fn statement(&self, event: &Event, alike: &[&Event]) -> String {
-        let subjects = self.subjects(alike);
+        let subjects = self.subjects_of(alike);
         let word = self.word_of(alike);
         let (wheels, edges) = match subjects.len() {
             1 => (word.head, word!("edge")),
@@ -315,7 +318,7 @@ impl Scene {
     }
 
     /// The wheels or edges of some events, each once.
-    fn subjects(&self, events: &[&Event]) -> Vec<String> {
+    pub(in crate::report) fn subjects_of(&self, events: &[&Event]) -> Vec<String> {
         let mut subjects: Vec<String> = Vec::new();
         for event in events {
             let subject = self.subject(event);
@@ -329,7 +332,7 @@ impl Scene {
 
 /// Two standard deviations of a time (s).
 fn band(sigma_s: f64) -> String {
-    format!(" ± {:.2}", (2.0 * sigma_s).max(0.01))
+    decimals(format!(" ± {:.2}", (2.0 * sigma_s).max(0.01)))
 }
 
 /// Whether the log ends while the machine tips about an edge, before it has tipped over.
@@ -339,7 +342,7 @@ pub(super) fn is_undecided(event: &Event) -> bool {
 }
 
 /// "a", "a and b", "a, b and c".
-pub(super) fn enumerated(names: &[String]) -> String {
+pub(in crate::report) fn enumerated(names: &[String]) -> String {
     match names {
         [] => String::new(),
         [only] => only.clone(),

@@ -40,6 +40,21 @@ pub(in crate::report) fn incidents(events: &[Event]) -> Vec<Incident<'_>> {
     found
 }
 
+/// The graver event that one became: a light wheel lifts, a tipping goes on to the side. It tells the story of both.
+pub(in crate::report) fn led_to<'a>(events: &'a [Event], event: &Event) -> Option<&'a Event> {
+    let graver = match event.kind {
+        EventKind::WheelLight => EventKind::WheelLift,
+        EventKind::EdgeTipping => EventKind::TipOver,
+        _ => return None,
+    };
+    events.iter().find(|other| {
+        other.kind == graver
+            && other.subject == event.subject
+            && other.is_fact()
+            && other.overlaps(event.span_ns())
+    })
+}
+
 impl<'a> Incident<'a> {
     /// The event that the incident is named after: the gravest that is a fact, or of all if none is.
     pub(in crate::report) fn gravest(&self) -> &'a Event {
@@ -199,6 +214,26 @@ mod tests {
             (EventKind::WheelLift, "fr"),
         ];
         assert_eq!(steps, expected);
+    }
+
+    #[test]
+    fn an_event_that_becomes_a_graver_one_is_no_story_of_its_own() {
+        let events = [
+            event(EventKind::WheelLight, "fr", [2, 9]),
+            event(EventKind::WheelLift, "fr", [3, 9]),
+            event(EventKind::EdgeTipping, "left", [4, 9]),
+            event(EventKind::TipOver, "left", [4, 9]),
+            event(EventKind::WheelLight, "rr", [2, 9]),
+            event(EventKind::WheelLight, "fr", [20, 21]),
+        ];
+        let became = |place: usize| led_to(&events, &events[place]).map(|event| event.kind);
+        assert_eq!(became(0), Some(EventKind::WheelLift));
+        assert_eq!(became(2), Some(EventKind::TipOver));
+        assert!(
+            [1, 3, 4, 5]
+                .into_iter()
+                .all(|place| became(place).is_none())
+        );
     }
 
     #[test]

@@ -11,7 +11,8 @@ use maud::{Markup, html};
 use tipwatch_language::{message, say, word};
 use tipwatch_mechanics::machine::{Note, NoteKind};
 
-pub(super) use incident::{Incident, incidents};
+pub(super) use headline::enumerated;
+pub(super) use incident::{Incident, incidents, led_to};
 pub(super) use rank::rank;
 pub(super) use scene::Scene;
 pub(super) use without_event::reason_counts;

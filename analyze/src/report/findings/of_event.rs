@@ -1,6 +1,6 @@
 //! The evidence for what a finding says of an event.
 
-use tipwatch_language::{is_english, message, say, told, word};
+use tipwatch_language::{decimals, is_english, message, say, told, word};
 use tipwatch_mechanics::estimation::rotation::RotationWitness;
 
 use super::headline::{enumerated, is_undecided};
@@ -100,7 +100,7 @@ impl Scene {
 
     /// What gyro and attitude show, and what of it the loads do not.
     fn measured_rotation(&self, event: &Event, measured: &MeasuredRotation) -> Vec<String> {
-        let from = format!("{:.2} s", self.seconds(event.start_ns));
+        let from = decimals(format!("{:.2} s", self.seconds(event.start_ns)));
         let rotated = say!(
             "the platform rotated by {:.0}° about the {} edge from t = {from}",
             event.rotation_rad.unwrap_or(f64::NAN).to_degrees(),
@@ -129,7 +129,7 @@ impl Scene {
         if let Some(no_return_rad) = measured.no_return_rad {
             let sigma = measured.no_return_sigma_rad;
             let sigma = sigma.map_or(String::new(), |sigma| {
-                format!(" ± {:.1}", 2.0 * sigma.to_degrees())
+                decimals(format!(" ± {:.1}", 2.0 * sigma.to_degrees()))
             });
             let passed = match (measured.no_return_ns, measured.no_return_time_sigma_s) {
                 (None, _) => word!("not passed").to_string(),
@@ -150,6 +150,13 @@ impl Scene {
             evidence.push(say!(
                 "Point of no return {masses}: {:.1}{sigma}°, {passed}",
                 no_return_rad.to_degrees()
+            ));
+        }
+        let beyond = self.off_by_stops(event);
+        if !beyond.is_empty() {
+            evidence.push(say!(
+                "Beyond the stop of its axle {} left the ground, too",
+                enumerated(&beyond)
             ));
         }
         if let Some(at_rest_ns) = measured.at_rest_ns {

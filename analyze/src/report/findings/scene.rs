@@ -1,7 +1,7 @@
 //! The facts of an analysis that findings use besides the event.
 
 use tipwatch_language::{say, word};
-use tipwatch_mechanics::machine::SupportKind;
+use tipwatch_mechanics::machine::{JointCoupling, Machine, SupportKind};
 
 use crate::analysis::{Analysis, Input};
 use crate::events::split_rule::{is_stated, sharing, split_rule};
@@ -28,6 +28,42 @@ pub(in crate::report) struct Scene {
     /// Whether the log goes on after the last row.
     pub(in crate::report) goes_on: bool,
     pub(super) inputs: Vec<InputFacts>,
+    /// Axles that swing, by the edge that they are astride.
+    pub(super) stops: Vec<AxleStop>,
+}
+
+/// How far an axle swings before its wheel off an edge leaves the ground with the machine that tips about it.
+pub(super) struct AxleStop {
+    /// Name of the edge.
+    edge: String,
+    /// The wheels, in words.
+    wheels: Vec<String>,
+    /// Where its joint stops (rad).
+    limit_rad: f64,
+}
+
+impl AxleStop {
+    fn all(machine: &Machine) -> Vec<Self> {
+        let edges = machine.polygon().edges().iter();
+        let stops = edges.flat_map(|edge| {
+            let axles = machine.axles_astride(edge);
+            axles.filter_map(move |axle| {
+                let JointCoupling::Measured(joint) = machine.bodies()[axle.body].coupling else {
+                    return None;
+                };
+                let [least, most] = machine.joints()[joint].limits?;
+                let wheels = machine.wheels().iter().enumerate();
+                let off = wheels
+                    .filter(|(wheel, _)| axle.supports_wheel[*wheel] && !edge.carries[*wheel]);
+                Some(Self {
+                    edge: edge.name.clone(),
+                    wheels: off.map(|(_, wheel)| SupportWord::named(wheel)).collect(),
+                    limit_rad: least.abs().max(most.abs()),
+                })
+            })
+        });
+        stops.collect()
+    }
 }
 
 /// Where the numbers of a signal come from.
@@ -60,6 +96,20 @@ impl InputFacts {
 }
 
 impl Scene {
+    /// The wheels of axles astride the edge of a measured rotation that leave the ground because it goes beyond their stops, in
+    /// words.
+    pub(in crate::report) fn off_by_stops(&self, event: &Event) -> Vec<String> {
+        let sigma_rad = event.measured_rotation.as_ref().map(|it| it.sigma_rad);
+        let Some((rotation_rad, sigma_rad)) = event.rotation_rad.zip(sigma_rad) else {
+            return Vec::new();
+        };
+        let beyond = self.stops.iter().filter(|stop| {
+            stop.edge.eq_ignore_ascii_case(&event.subject)
+                && rotation_rad - 2.0 * sigma_rad > stop.limit_rad
+        });
+        beyond.flat_map(|stop| stop.wheels.clone()).collect()
+    }
+
     pub(in crate::report) fn of(analysis: &Analysis) -> Self {
         let machine = &analysis.machine;
         let limits = analysis.min_loads_n.as_deref().unwrap_or_default();
@@ -83,6 +133,7 @@ impl Scene {
             unexplained_ns: unexplained.map(|fall| fall.onset_ns).collect(),
             is_sparse: analysis.coverage.between_rows.is_some(),
             goes_on: analysis.coverage.after_rows_s > 0.0,
+            stops: AxleStop::all(machine),
             inputs: analysis.inputs.iter().map(InputFacts::of).collect(),
         }
     }

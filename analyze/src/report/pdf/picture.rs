@@ -101,21 +101,21 @@ pub(super) fn add(flow: &mut Flow<'_>, pictures: &[(Node<'_, '_>, String)], smal
         _ => 2,
     };
     let places = pictures.len().max(least) as f32;
-    let room = (width - (places - 1.0) * BETWEEN) / places;
-    let sizes: Vec<(f32, f32, f32)> = pictures
-        .iter()
-        .map(|(svg, _)| size(*svg, room, tallest))
+    let rooms = rooms(pictures, width - (places - 1.0) * BETWEEN, places, tallest);
+    let sizes: Vec<(f32, f32, f32)> = (pictures.iter().zip(&rooms))
+        .map(|((svg, _), &room)| size(*svg, room, tallest))
         .collect();
     let highest = sizes.iter().map(|size| size.2).fold(0.0, f32::max);
-    let captions: Vec<Vec<String>> = (pictures.iter())
-        .map(|(_, caption)| flow.letters.lines(caption, letters, room))
+    let captions: Vec<Vec<String>> = (pictures.iter().zip(&rooms))
+        .map(|((_, caption), &room)| flow.letters.lines(caption, letters, room))
         .collect();
     let lines = captions.iter().map(Vec::len).max().unwrap_or(0);
     let below = lines as f32 * letters * LEADING;
     flow.room(highest + below + 8.0);
     let top = flow.y;
     for (place, ((svg, _), (scale, _, _))) in pictures.iter().zip(&sizes).enumerate() {
-        let left = place as f32 * (room + BETWEEN);
+        let before: f32 = rooms[..place].iter().sum();
+        let left = before + place as f32 * BETWEEN;
         let frame = Frame {
             left: flow.left() + left,
             top,
@@ -130,6 +130,25 @@ pub(super) fn add(flow: &mut Flow<'_>, pictures: &[(Node<'_, '_>, String)], smal
         }
     }
     flow.y = top + highest + below + 10.0 * flow.scale;
+}
+
+/// The room of each picture in a width: what the height does not let one use, the others have, in equal shares.
+fn rooms(pictures: &[(Node<'_, '_>, String)], width: f32, places: f32, tallest: f32) -> Vec<f32> {
+    let used = |svg: &Node<'_, '_>, room: f32| size(*svg, room, tallest).1;
+    let mut rooms = vec![width / places; pictures.len()];
+    let mut free: Vec<usize> = (0..pictures.len()).collect();
+    let mut left = rooms.iter().sum::<f32>();
+    loop {
+        let share = left / free.len().max(1) as f32;
+        let is_low = |place: &usize| used(&pictures[*place].0, share) < share - 0.5;
+        let Some(at) = free.iter().position(|place| is_low(place)) else {
+            free.iter().for_each(|&place| rooms[place] = share);
+            return rooms;
+        };
+        let place = free.remove(at);
+        rooms[place] = used(&pictures[place].0, share);
+        left -= rooms[place];
+    }
 }
 
 /// Scale, width and height of a picture in so much room.

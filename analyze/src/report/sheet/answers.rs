@@ -55,10 +55,21 @@ pub(super) fn answers(
 
 /// Under which condition a step is told, and how sure it is where a reader would take it for surer than it is.
 pub(super) fn reserve(scene: &Scene, event: &Event) -> String {
-    let confidence = doubt(event.certainty);
+    in_brackets(conditions(scene, event).chain(doubt(event.certainty)))
+}
+
+/// Under which condition a step is told that has its band beside it.
+pub(super) fn condition(scene: &Scene, event: &Event) -> String {
+    in_brackets(conditions(scene, event))
+}
+
+fn conditions(scene: &Scene, event: &Event) -> impl Iterator<Item = String> {
     let of_stated = scene.of_stated_machine(event).map(str::to_owned);
-    let reserves = scene.condition(event).into_iter().chain(of_stated);
-    let reserves: Vec<String> = reserves.chain(confidence).collect();
+    scene.condition(event).into_iter().chain(of_stated)
+}
+
+fn in_brackets(reserves: impl Iterator<Item = String>) -> String {
+    let reserves: Vec<String> = reserves.collect();
     match reserves.is_empty() {
         true => String::new(),
         false => format!(" ({})", reserves.join("; ")),
@@ -66,7 +77,7 @@ pub(super) fn reserve(scene: &Scene, event: &Event) -> String {
 }
 
 /// A confidence that a reader must know.
-fn doubt(certainty: Option<f64>) -> Option<String> {
+pub(super) fn doubt(certainty: Option<f64>) -> Option<String> {
     let doubtful = certainty.filter(|certainty| *certainty < SURE);
     doubtful.map(|certainty| say!("confidence {}", probability(certainty)))
 }

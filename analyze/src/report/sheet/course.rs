@@ -1,7 +1,7 @@
 //! The time line of an incident: what began when, with its band, how long it lasted, and the time before it.
 
 use maud::{Markup, html};
-use tipwatch_language::{say, word};
+use tipwatch_language::{decimals, say, word};
 
 use crate::analysis::Analysis;
 use crate::events::{Event, EventCauses, EventKind};
@@ -66,7 +66,7 @@ pub(super) fn figure(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
                 @for share in [0.0, 0.5, 1.0] {
                     @let anchor = ["start", "middle", "end"][(2.0 * share) as usize];
                     text x=(tenth(at(from + share * span))) y=(tenth(floor + 12.0)) font-size=(LETTERS) text-anchor=(anchor) {
-                        (format_args!("{:.1} s", from + share * span))
+                        (decimals(format!("{:.1} s", from + share * span)))
                     }
                 }
             }

@@ -72,10 +72,13 @@ fn machine(analysis: &Analysis, gravest: Option<&Incident<'_>>) -> Markup {
             SupportWord::of(&analysis.machine).one
         ),
     };
-    let time = Calendar::of(analysis).utc(analysis.rows.times_ns[row]);
+    // the onset lies between two rows
+    let row_ns = analysis.rows.times_ns[row];
+    let shown_ns = gravest.map_or(row_ns, |event| event.start_ns);
+    let time = Calendar::of(analysis).utc(shown_ns);
     let time = time.map_or(String::new(), |utc| format!(" ({utc})"));
     html! {
-        h3 { (say!("The machine {what}, t = {:.2} s{time}", analysis.rows.seconds(row))) }
+        h3 { (say!("The machine {what}, t = {:.2} s{time}", analysis.rows.seconds_at(shown_ns))) }
         (machine_view::pictures(analysis, row, gravest, contradicted))
     }
 }

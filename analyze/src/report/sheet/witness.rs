@@ -1,14 +1,16 @@
 //! What happened, in the order in which a witness would tell it.
 
 use tipwatch_language::{say, word};
-use tipwatch_mechanics::State;
+use tipwatch_mechanics::{Quantity, State};
 
-use super::answers::{self, capital, reserve};
+use super::answers::{self, capital, condition, doubt, reserve};
 use crate::analysis::Analysis;
 use crate::events::{Bound, Event, EventKind, ShownBy};
 use crate::page::number;
-use crate::report::findings::{Incident, Scene, findings};
+use crate::report::findings::{Incident, Scene, enumerated, findings};
 
+/// Most wheels that are told to have left the ground after the first ones.
+const MOST_LATER: usize = 3;
 /// For so long a machine has been steady (ns).
 const STEADY_NS: i64 = 500_000_000;
 
@@ -43,12 +45,14 @@ fn before(
     let earlier = earlier.filter(|it| it.gravest().is_fact());
     let earlier = earlier.min_by_key(|it| it.start_ns()).map(|it| {
         let event = it.gravest();
-        let close = say!(
-            "It had come close from {}: {}{}.",
-            scene.start(event),
-            scene.step(event),
-            reserve(scene, event)
-        );
+        let close = least_load(analysis, scene, event).unwrap_or_else(|| {
+            say!(
+                "It had come close from {}: {}{}.",
+                scene.start(event),
+                scene.step(event),
+                reserve(scene, event)
+            )
+        });
         (event.start_ns, close)
     });
     let causes = (incident.with_causes())
@@ -81,6 +85,26 @@ fn before(
     told.sort_by_key(|(at_ns, _)| *at_ns);
     let told: Vec<String> = told.into_iter().map(|(_, text)| text).collect();
     (!told.is_empty()).then(|| told.join(" "))
+}
+
+/// Of a wheel that may or may not have been below its limit, what it carried: that is sure within its band.
+fn least_load(analysis: &Analysis, scene: &Scene, event: &Event) -> Option<String> {
+    doubt(event.certainty).filter(|_| event.kind == EventKind::WheelLight)?;
+    let wheel = analysis.machine.wheel_named(&event.subject)?;
+    let row = analysis.rows.at(event.worst_ns);
+    let found = analysis.rows.window(row..row + 1);
+    let [load_n, sigma_n] =
+        [Quantity::Load(wheel), Quantity::LoadSigma(wheel)].map(|of| found.value(of, 0));
+    (load_n.is_finite() && sigma_n.is_finite()).then(|| {
+        say!(
+            "It had come close at t = {:.2} s: {} carried {} ± {} N{}.",
+            scene.seconds(event.worst_ns),
+            scene.support(event),
+            number(load_n),
+            number(2.0 * sigma_n),
+            condition(scene, event)
+        )
+    })
 }
 
 /// What a steady machine did in the half second before: it moved at a speed that its wheels show beyond their scatter, or it
@@ -137,6 +161,16 @@ fn course(scene: &Scene, incident: &Incident<'_>) -> String {
         _ => true,
     });
     let mut events: Vec<&Event> = steps.filter_map(|kind| incident.first(kind)).collect();
+    // what leaves the ground later is told, too
+    let joined = incident.joined_steps();
+    let groups = joined.iter().map(|group| group[0]);
+    let lifts = groups.filter(|event| event.kind == EventKind::WheelLift);
+    let is_first = |event: &&Event| Some(*event) == incident.first(EventKind::WheelLift);
+    events.extend(lifts.filter(|event| !is_first(event)).take(MOST_LATER));
+    let with = |event: &Event| -> Vec<&Event> {
+        let group = joined.iter().find(|group| group.contains(&event));
+        group.cloned().unwrap_or_default()
+    };
     // a wheel in the air is below its limit, too: that tells nothing after its lift
     let lift = incident.first(EventKind::WheelLift);
     events.retain(|event| {
@@ -164,9 +198,15 @@ fn course(scene: &Scene, incident: &Incident<'_>) -> String {
                     reserve(scene, event)
                 ),
             },
-            EventKind::WheelLift => {
-                say!("{wheel}left the ground at {start}{}", reserve(scene, event))
-            }
+            EventKind::WheelLift => match scene.subjects_of(&with(event)) {
+                names if names.len() > 1 => say!(
+                    "{} {} left the ground at {start}{}",
+                    scene.word.many,
+                    enumerated(&names),
+                    reserve(scene, event)
+                ),
+                _ => say!("{wheel}left the ground at {start}{}", reserve(scene, event)),
+            },
             _ => say!(
                 "the machine tipped about the {subject} edge from {start}{}",
                 reserve(scene, event)
@@ -262,8 +302,16 @@ fn tipped(scene: &Scene, event: &Event) -> String {
             scene.seconds(at_ns)
         )
     });
+    let beyond = scene.off_by_stops(event);
+    let beyond = match beyond.is_empty() {
+        true => String::new(),
+        false => say!(
+            ", beyond the stop of its axle, so that {} left the ground, too",
+            enumerated(&beyond)
+        ),
+    };
     say!(
-        "It tipped over about the {edge} edge, by at least {}{by}{rest}.",
+        "It tipped over about the {edge} edge, by at least {}{beyond}{by}{rest}.",
         answers::at_least_degrees(event)
     )
 }

@@ -85,11 +85,11 @@ fn tell_minor(open: &OpenValues, output: &mut dyn Write) -> Result<()> {
     if open.minor.is_empty() {
         return Ok(());
     }
-    let keys: Vec<&str> = open.minor.iter().map(|value| value.key.as_str()).collect();
+    let values = open.minor.iter().map(|value| value.subject.in_words());
     writeln!(
         output,
         "\nNot asked for, because each moves that load by less than {} N: {}",
         number(open.least_n),
-        keys.join(", ")
+        values.collect::<Vec<_>>().join(", ")
     )
 }

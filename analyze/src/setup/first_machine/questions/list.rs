@@ -4,7 +4,7 @@ use tipwatch_mechanics::machine::{JointMotion, UncertaintySpec};
 
 use super::answer::{Kind, Range, Unit};
 use super::open_value::{OpenValue, Subject};
-use crate::base::number::short;
+use crate::base::number::four_digits;
 use crate::setup::first_machine::draft::Draft;
 use crate::setup::first_machine::guesses::Guesses;
 use crate::setup::first_machine::linkages::LinkageGuess;
@@ -14,7 +14,7 @@ const WHEELS_OF_RULE: usize = 4;
 
 /// A number with up to four digits.
 pub(super) fn brief(value: f64) -> String {
-    let text = short(value);
+    let text = four_digits(value);
     match text.contains('.') && !text.contains('e') {
         true => text.trim_end_matches('0').trim_end_matches('.').into(),
         false => text,

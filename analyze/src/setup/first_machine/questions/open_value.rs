@@ -77,6 +77,28 @@ pub(super) enum Subject {
 }
 
 impl Subject {
+    /// What is asked for, within a sentence.
+    pub(super) fn in_words(&self) -> String {
+        match self {
+            Self::WheelRadius(wheel) => format!("radius of wheel {wheel}"),
+            Self::FreeJoints => "axles that swing".into(),
+            Self::Supports => "supports besides the wheels".into(),
+            Self::Raised => "wheels off the ground on supports".into(),
+            Self::Eyes { linkage, .. } => format!("eyes of the cylinder of {linkage}"),
+            Self::ImuPosition => "position of the IMU".into(),
+            Self::ImuOrientation => "orientation of the IMU".into(),
+            Self::JointField(joint) => format!("unit, sign and zero of joint {joint}"),
+            Self::JointPosition(joint) => format!("position of joint {joint}"),
+            Self::Payload => "payload".into(),
+            Self::TyreStiffness => "stiffness of the tyres".into(),
+            Self::RollMomentDistribution => "share of the front axle in the roll moment".into(),
+            Self::ToolMass(link) => format!("mass of {link}"),
+            Self::OtherMasses(_) => "masses of the bodies".into(),
+            Self::CentresOfMass => "centres of mass".into(),
+            Self::WheelPositions => "positions of the wheels".into(),
+        }
+    }
+
     pub(super) fn is_of_imu(&self) -> bool {
         matches!(self, Self::ImuPosition | Self::ImuOrientation)
     }
