@@ -43,10 +43,13 @@ enum tipwatch_client_failure {
     /* The shared memory fails: the place of the writer is taken, there are too many readers, or files cannot be used. */
     TIPWATCH_CLIENT_SHARED_MEMORY = -7,
     /* The library has a mistake. The client can only be closed. */
-    TIPWATCH_CLIENT_MISTAKE = -8
+    TIPWATCH_CLIENT_MISTAKE = -8,
+    /* The client is closed already, or was never open. */
+    TIPWATCH_CLIENT_CLOSED = -9
 };
 
-/* A process that has joined the shared memory. */
+/* A process that has joined the shared memory. The pointer is a number that no other client of the process ever has: with that of a
+ * closed one every function fails with TIPWATCH_CLIENT_CLOSED, and does nothing. */
 struct tipwatch_client;
 
 /* Joins the shared memory. `contract` is TIPWATCH_CONTRACT: a library with other messages refuses. `service` is the common name
@@ -56,7 +59,7 @@ struct tipwatch_client *tipwatch_client_open(uint64_t contract, const char *serv
                                              size_t error_size);
 
 /* Leaves the shared memory; does nothing with NULL. Messages that a reader has not read are lost: after the end of a session wait
- * some 0.5 s. Fails only from another thread: the client stays open then. */
+ * some 0.5 s. Fails from another thread, where the client stays open, and with a client that is closed already. */
 int tipwatch_client_close(struct tipwatch_client *client);
 
 /* Why the last call that failed with this client did (UTF-8), until the next call with it; empty before. */

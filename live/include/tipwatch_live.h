@@ -628,7 +628,8 @@ struct tipwatch_verdict {
     /* Bits, as in unproven: signals that failed visibly, such as a joint that jumped where it cannot have moved,
      * in this session or before. They are doubted until they are back, or somebody acknowledges them. */
     uint64_t doubted;
-    /* Bits: the signals that somebody has acknowledged since the last row. */
+    /* Bits: the signals that somebody has acknowledged since the last row, and that are trusted again. One that was refused,
+     * because it still repeats one value, is not among them and stays in doubted. */
     uint64_t acknowledged_signals;
     /* Bits: the joints of the machine whose command is known: the prediction moves them by it. */
     uint64_t commanded;

@@ -373,6 +373,47 @@ fn a_joint_that_only_a_person_trusts_is_not_proven() {
     );
 }
 
+/// A person trusts a signal, motion proves it, and a person trusts the lift: what the motion has proven since stays proven.
+// requirement: TW-VERDICT-28, TW-VERDICT-31
+#[test]
+fn a_later_acknowledgement_of_another_signal_takes_no_proof_back() {
+    let machine = data("commissioning.toml");
+    let opened = opened_of("commissioning.mcap", &machine);
+    let urdf = opened.file.urdf(None, None).unwrap();
+    let (checked, _) = opened.session.machine(&opened.file, &urdf).unwrap();
+    let joints = checked.joints().iter();
+    let lift = Proof::Joint(joints.clone().position(|it| it.name == "lift").unwrap());
+    let judged = |trusts: &[(f64, Proof)]| {
+        let mut next = trusts.iter().peekable();
+        let trust = |since_s: f64, monitor: &mut Monitor| {
+            while let Some((_, signal)) = next.next_if(|(at_s, _)| since_s > *at_s) {
+                monitor.trust([*signal].into_iter().collect());
+            }
+        };
+        let same = |_, wire| Some(wire);
+        steered("commissioning.mcap", &machine, Proofs::ALL, same, trust)
+    };
+    let is_open = |row: &WireVerdict, signal| row.verdict().unproven.has(signal);
+    let mut proven_later = joints
+        .enumerate()
+        .map(|(joint, _)| Proof::Joint(joint))
+        .chain([Proof::AngularVelocity])
+        .filter(|signal| *signal != lift)
+        .filter_map(|signal| {
+            let rows = judged(&[(0.5, signal)]);
+            let mut since = rows.iter().skip_while(|(at_s, _)| *at_s < 0.6);
+            let was_open = since.next().is_some_and(|(_, row)| is_open(row, signal));
+            let (proven_s, _) = since.find(|(_, row)| was_open && !is_open(row, signal))?;
+            let second_s = proven_s + 0.5;
+            (second_s + 1.0 < rows.last()?.0).then_some((signal, second_s))
+        });
+    let (signal, second_s) = proven_later.next().unwrap();
+    let twice = judged(&[(0.5, signal), (second_s, lift)]);
+    for (at_s, row) in twice.iter().filter(|(at_s, _)| *at_s > second_s) {
+        assert!(!is_open(row, signal), "{signal:?} {at_s}");
+    }
+}
+
 /// White noise by the time, from -1 to 1.
 fn noise(since_s: f64) -> f64 {
     2.0 * ((since_s * 1e3 * 12.9898).sin() * 43_758.545_3).rem_euclid(1.0) - 1.0
@@ -397,12 +438,15 @@ fn jacks_that_stop_are_frozen_and_hide_no_lifted_foot() {
     std::fs::copy(data("crane.urdf"), folder.path().join("crane.urdf")).unwrap();
     let machine = folder.path().join("crane.toml");
     std::fs::write(&machine, text).unwrap();
-    let judged = |stops_s: f64| {
-        let mut last = [0.0; 4];
+    let judged = |begins_s: f64, stops_s: f64| {
+        let mut last = [f64::NAN; 4];
         rows_of("crane.mcap", &machine, commissioned, |since_s, mut wire| {
+            if since_s < begins_s {
+                return None;
+            }
             if wire.kind == Kind::Actuator as u32 {
                 let last = &mut last[wire.stream as usize];
-                if since_s < stops_s {
+                if since_s < stops_s || last.is_nan() {
                     *last = wire.values[0];
                 }
                 wire.values[0] = *last;
@@ -419,7 +463,7 @@ fn jacks_that_stop_are_frozen_and_hide_no_lifted_foot() {
     };
     let is_open = |verdict: &Verdict| verdict.unproven.has(Proof::ActuatorForces);
     let is_frozen = |verdict: &Verdict| verdict.held.cautions.has(InputFault::Frozen);
-    let sound = judged(f64::INFINITY);
+    let sound = judged(0.0, f64::INFINITY);
     for (at_s, verdict) in found(&sound, 1.0, 26.0) {
         assert!(!is_open(&verdict) && !is_frozen(&verdict), "{at_s}");
     }
@@ -429,7 +473,7 @@ fn jacks_that_stop_are_frozen_and_hide_no_lifted_foot() {
             .iter()
             .any(|(_, it)| it.level == Level::Safe)
     );
-    let stopped = judged(16.0);
+    let stopped = judged(0.0, 16.0);
     // a second shows nothing more, and a hundred samples are too many
     for (at_s, verdict) in found(&stopped, 17.1, 26.0) {
         assert!(is_open(&verdict), "{at_s}");
@@ -437,9 +481,18 @@ fn jacks_that_stop_are_frozen_and_hide_no_lifted_foot() {
     for (at_s, verdict) in found(&stopped, 21.5, 26.0) {
         assert!(is_frozen(&verdict), "{at_s}");
     }
-    let lifted = found(&stopped, 20.9, 24.0);
     let is_danger = |(_, it): &(f64, Verdict)| it.level == Level::Danger;
-    assert!(lifted.iter().any(is_danger), "{lifted:?}");
+    let is_found = |rows: &[(f64, WireVerdict)]| found(rows, 20.9, 24.0).iter().any(is_danger);
+    assert!(is_found(&stopped));
+    // in a session that begins on the jacks, before it or before they have shown their noise
+    assert!(is_found(&judged(14.0, f64::INFINITY)));
+    for stops_s in [14.0, 14.1, 14.3, 14.6] {
+        let stopped = judged(14.0, stops_s);
+        assert!(is_found(&stopped), "{stops_s}");
+        for (at_s, verdict) in found(&stopped, 17.1, 26.0) {
+            assert!(is_open(&verdict), "{stops_s}: {at_s}");
+        }
+    }
 }
 
 #[test]

@@ -10,7 +10,7 @@ use tipwatch_analyze::base::options::Options;
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::{FieldRequest, Log, record_fields};
 use tipwatch_live::alarm::{AlarmFile, DoubtedSignal, Kept};
-use tipwatch_live::node::Sender;
+use tipwatch_live::node::{Producer, Sender};
 use tipwatch_live::system::clock::monotonic_ns;
 use tipwatch_live::wire::session::machine_hash;
 use tipwatch_live::wire::topics::{EVENT_ROW, WireAcknowledge, WireVerdict};
@@ -26,7 +26,7 @@ use crate::support::offline::causal;
 use crate::support::prioritise::prioritise;
 use crate::support::producing::Producing;
 use crate::support::steered::Steered;
-use crate::support::{Ended, World, data};
+use crate::support::{Ended, LIMIT, World, data};
 
 /// The folder of the only session in `folder`.
 fn session_in(folder: &Path) -> std::path::PathBuf {
@@ -542,6 +542,29 @@ fn stopped_recorder_reports_what_it_missed() {
     let unexplained = holes as f64 - missed;
     assert!(missed > 100.0 && unexplained >= 0.0, "{missed} {holes}");
     assert!(unexplained <= refused(&recorder) as f64, "{missed} {holes}");
+}
+
+/// Stopped before a session was announced; one that stays waits for those to come.
+// requirement: TW-RECORD-03
+#[test]
+fn recorder_without_a_session_says_so() {
+    for (more, code) in [(&[][..], 1), (&["--stay"][..], 0)] {
+        let folder = tempfile::tempdir().unwrap();
+        let world = World::new("nosession");
+        let producer = Producer::new(&world.join(), 7, 9).unwrap();
+        let recorder = world.record(&data("tiny.toml"), folder.path(), more);
+        let start = std::time::Instant::now();
+        while producer.readers() == 0 {
+            assert!(start.elapsed() < LIMIT, "no recorder");
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        recorder.signal("-TERM");
+        let recorder = recorder.end();
+        assert_eq!(recorder.status.code(), Some(code), "{}", recorder.err);
+        let told = "expected the announcement of a session";
+        assert!(recorder.err.contains(told), "{}", recorder.err);
+        assert!(files(folder.path()).is_empty());
+    }
 }
 
 /// A recorder of a machine that goes on, once its first file has so many bytes.

@@ -343,6 +343,32 @@ fn producer_that_ends_its_session_while_samples_are_taken_is_not_lost() {
     }
 }
 
+/// Samples of a session that nobody announced are counted, and those of one that was refused are not among them.
+// requirement: TW-RECORD-03
+#[test]
+fn samples_of_no_announced_session_are_counted() {
+    for is_announced in [false, true] {
+        let world = World::new("unannounced");
+        let node = world.join();
+        let (LogSamples { session, .. }, wires) = samples("tiny");
+        let mut producer = Producer::new(&node, session.id, session.machine_hash).unwrap();
+        let mut follower = SessionFollower::new(&node).unwrap();
+        producer.update_connections().unwrap();
+        if is_announced {
+            let mut announced = WireSession::try_from(&session).unwrap();
+            producer.announce(&mut announced).unwrap();
+            follower.look_for_session(&mut AnySession).unwrap();
+            // as if it had been refused
+            follower.active = None;
+        }
+        for wire in &wires[..3] {
+            producer.send(&mut wire.clone()).unwrap();
+        }
+        follower.take_samples(&mut AnySession).unwrap();
+        assert_eq!(follower.unannounced(), if is_announced { 0 } else { 3 });
+    }
+}
+
 #[test]
 fn readers_leave_the_places_of_the_monitor() {
     let world = World::new("places");

@@ -6,10 +6,12 @@
 
 use std::any::Any;
 use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
+use std::mem::ManuallyDrop;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr;
-use std::thread::ThreadId;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use tipwatch_live::node::ServiceAddress;
@@ -22,11 +24,11 @@ use crate::failure::{Failure, Kind};
 /// The longest wait: who asks for more waits again.
 const MAX_WAIT: Duration = Duration::from_secs(60);
 
-/// What C knows as `struct tipwatch_client`.
+/// What C knows as `struct tipwatch_client`. Nothing is there: the address is a number that is given once, so that one of a client that
+/// is closed, or of none, is found to be so.
+#[repr(C)]
 pub struct Handle {
-    /// Ends of a service stay in the thread that opened them. Other threads read nothing but this.
-    thread: ThreadId,
-    opened: RefCell<Opened>,
+    nothing: [u8; 0],
 }
 
 struct Opened {
@@ -34,6 +36,49 @@ struct Opened {
     client: Option<Client>,
     /// Why the last call failed.
     failure: CString,
+}
+
+/// The clients that are open in any thread, by their numbers.
+static NUMBERS: Mutex<Numbers> = Mutex::new(Numbers {
+    last: 0,
+    open: Vec::new(),
+});
+
+struct Numbers {
+    last: usize,
+    open: Vec<usize>,
+}
+
+thread_local! {
+    /// The clients of this thread, in which the ends of their services stay. One that is not closed stays open when the thread ends.
+    static CLIENTS: RefCell<BTreeMap<usize, ManuallyDrop<Opened>>> = const { RefCell::new(BTreeMap::new()) };
+}
+
+fn numbers() -> MutexGuard<'static, Numbers> {
+    NUMBERS.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The address of a client of this thread that is open from now on.
+fn opened(opened: Opened) -> *mut Handle {
+    let number = {
+        let mut numbers = numbers();
+        numbers.last += 1;
+        let number = numbers.last;
+        numbers.open.push(number);
+        number
+    };
+    CLIENTS.with_borrow_mut(|clients| clients.insert(number, ManuallyDrop::new(opened)));
+    ptr::without_provenance_mut(number)
+}
+
+/// Why this thread has no such client.
+fn no_client(number: usize) -> Failure {
+    let kind = match number {
+        0 => Kind::Argument,
+        _ if numbers().open.contains(&number) => Kind::Thread,
+        _ => Kind::Closed,
+    };
+    Failure::new(kind, "")
 }
 
 /// Joins the shared memory.
@@ -48,7 +93,7 @@ pub unsafe extern "C" fn tipwatch_client_open(
     error: *mut c_char,
     error_size: usize,
 ) -> *mut Handle {
-    let opened = caught(|| {
+    let client = caught(|| {
         // SAFETY: as the caller promises.
         let (service, prefix) = unsafe { (text(service)?, text(prefix)?) };
         let address = ServiceAddress {
@@ -57,14 +102,11 @@ pub unsafe extern "C" fn tipwatch_client_open(
         };
         Client::open(contract, &address)
     });
-    match opened {
-        Ok(client) => Box::into_raw(Box::new(Handle {
-            thread: std::thread::current().id(),
-            opened: RefCell::new(Opened {
-                client: Some(client),
-                failure: CString::default(),
-            }),
-        })),
+    match client {
+        Ok(client) => opened(Opened {
+            client: Some(client),
+            failure: CString::default(),
+        }),
         Err(failure) => {
             // SAFETY: as the caller promises.
             unsafe { say(&failure.text, error, error_size) };
@@ -74,37 +116,28 @@ pub unsafe extern "C" fn tipwatch_client_open(
 }
 
 /// Leaves the shared memory.
-///
-/// # Safety
-/// `client` is null or open. It is closed afterwards, unless this fails.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn tipwatch_client_close(client: *mut Handle) -> c_int {
+pub extern "C" fn tipwatch_client_close(client: *mut Handle) -> c_int {
     if client.is_null() {
         return 0;
     }
-    // SAFETY: it is open, and only its own thread goes on.
-    let close = || match unsafe { is_own(client)? } {
-        true => {
-            // SAFETY: it came from a box, and nobody uses it any more.
-            drop(unsafe { Box::from_raw(client) });
-            Ok(())
-        }
-        false => Err(Failure::new(Kind::Thread, "")),
+    let close = || {
+        let number = client.addr();
+        let found = CLIENTS.with_borrow_mut(|clients| clients.remove(&number));
+        let found = found.ok_or_else(|| no_client(number))?;
+        numbers().open.retain(|open| *open != number);
+        drop(ManuallyDrop::into_inner(found));
+        Ok(())
     };
     caught(close).map_or_else(|failure| failure.kind as c_int, |()| 0)
 }
 
 /// Why the last call with this client failed.
-///
-/// # Safety
-/// `client` is null or open.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn tipwatch_client_error(client: *const Handle) -> *const c_char {
+pub extern "C" fn tipwatch_client_error(client: *const Handle) -> *const c_char {
     let said = caught(|| {
-        // SAFETY: as the caller promises.
-        let is_own = !client.is_null() && unsafe { is_own(client)? };
-        // SAFETY: it is open, and this is its thread.
-        Ok(is_own.then(|| unsafe { (*client).opened.borrow().failure.as_ptr() }))
+        let said = |opened: &ManuallyDrop<Opened>| opened.failure.as_ptr();
+        Ok(CLIENTS.with_borrow(|clients| clients.get(&client.addr()).map(said)))
     });
     let other = c"expected an open client, and the thread that opened it";
     said.ok().flatten().unwrap_or(other.as_ptr())
@@ -113,7 +146,7 @@ pub unsafe extern "C" fn tipwatch_client_error(client: *const Handle) -> *const 
 /// Publishes a message.
 ///
 /// # Safety
-/// `context` is null or an open client, `service` null or ends with a zero byte, and `message` null or of `size` bytes.
+/// `service` is null or ends with a zero byte, and `message` is null or of `size` bytes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tipwatch_client_send(
     context: *mut c_void,
@@ -126,14 +159,13 @@ pub unsafe extern "C" fn tipwatch_client_send(
         let (service, message) = unsafe { (suffix(service)?, bytes(message, size)?) };
         client.send(service, message).map(|()| 0)
     };
-    // SAFETY: as the caller promises.
-    unsafe { with_client(context, send) }
+    with_client(context, send)
 }
 
 /// Notifies the event service of this name.
 ///
 /// # Safety
-/// `context` is null or an open client, and `service` null or ends with a zero byte.
+/// `service` is null or ends with a zero byte.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tipwatch_client_notify(
     context: *mut c_void,
@@ -144,15 +176,13 @@ pub unsafe extern "C" fn tipwatch_client_notify(
         let service = unsafe { suffix(service)? };
         client.notify(service).map(|()| 0)
     };
-    // SAFETY: as the caller promises.
-    unsafe { with_client(context, notify) }
+    with_client(context, notify)
 }
 
 /// Copies the next message that waits: 1 if there was one, 0 if none waits.
 ///
 /// # Safety
-/// `context` is null or an open client, `service` null or ends with a zero byte, and `message` null or has room for `size`
-/// bytes.
+/// `service` is null or ends with a zero byte, and `message` is null or has room for `size` bytes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tipwatch_client_receive(
     context: *mut c_void,
@@ -172,14 +202,13 @@ pub unsafe extern "C" fn tipwatch_client_receive(
         };
         client.receive(service, size, &mut take).map(c_int::from)
     };
-    // SAFETY: as the caller promises.
-    unsafe { with_client(context, receive) }
+    with_client(context, receive)
 }
 
 /// Waits for a notification of the event service, but no longer than this (ns).
 ///
 /// # Safety
-/// `context` is null or an open client, and `service` null or ends with a zero byte.
+/// `service` is null or ends with a zero byte.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tipwatch_client_wait(
     context: *mut c_void,
@@ -192,8 +221,7 @@ pub unsafe extern "C" fn tipwatch_client_wait(
         let longest = Duration::from_nanos(longest_ns.try_into().unwrap_or(0));
         client.wait(service, longest.min(MAX_WAIT)).map(|()| 0)
     };
-    // SAFETY: as the caller promises.
-    unsafe { with_client(context, wait) }
+    with_client(context, wait)
 }
 
 /// CLOCK_MONOTONIC (ns). Every thread may ask, with any context.
@@ -203,23 +231,21 @@ pub extern "C" fn tipwatch_client_now_ns(_context: *mut c_void) -> i64 {
 }
 
 /// Calls with the client of a context; what the call returns, or the number of its failure, whose text the client keeps.
-///
-/// # Safety
-/// `context` is null or an open client.
-unsafe fn with_client(
+fn with_client(
     context: *mut c_void,
     call: impl FnOnce(&mut Client) -> Result<c_int, Failure>,
 ) -> c_int {
-    let handle: *const Handle = context.cast_const().cast();
-    // SAFETY: as the caller promises.
-    match caught(|| Ok(!handle.is_null() && unsafe { is_own(handle)? })) {
-        Ok(true) => {}
-        Ok(false) if handle.is_null() => return Kind::Argument as c_int,
-        Ok(false) => return Kind::Thread as c_int,
-        Err(failure) => return failure.kind as c_int,
-    }
-    // SAFETY: it is open, and this is its thread.
-    let mut opened = unsafe { (*handle).opened.borrow_mut() };
+    let number = context.addr();
+    let called = caught(|| {
+        CLIENTS.with_borrow_mut(|clients| {
+            let opened = clients.get_mut(&number).ok_or_else(|| no_client(number))?;
+            Ok(called(opened, call))
+        })
+    });
+    called.unwrap_or_else(|failure| failure.kind as c_int)
+}
+
+fn called(opened: &mut Opened, call: impl FnOnce(&mut Client) -> Result<c_int, Failure>) -> c_int {
     let result = match &mut opened.client {
         Some(client) => caught(|| call(client)),
         None => Err(mistake(&())),
@@ -234,15 +260,6 @@ unsafe fn with_client(
     }
     opened.failure = without_zeros(&failure.text);
     failure.kind as c_int
-}
-
-/// Whether this is the thread that opened the client.
-///
-/// # Safety
-/// `client` is open.
-unsafe fn is_own(client: *const Handle) -> Result<bool, Failure> {
-    // SAFETY: it is open, and nobody writes this field.
-    Ok(unsafe { (*client).thread } == std::thread::current().id())
 }
 
 /// The result of a call, in which a panic is a failure: it must not cross into C.
@@ -333,22 +350,57 @@ mod tests {
 
     #[test]
     fn a_panic_becomes_a_failure_and_closes_the_client_for_all_but_closing() {
-        let handle = Box::into_raw(Box::new(Handle {
-            thread: std::thread::current().id(),
-            opened: RefCell::new(Opened {
-                client: None,
-                failure: CString::default(),
-            }),
-        }));
+        let handle = opened(Opened {
+            client: None,
+            failure: CString::default(),
+        });
         let failure = caught(|| -> Result<(), Failure> { panic!("{}", "a word") }).unwrap_err();
         assert_eq!(failure.kind, Kind::Mistake);
         assert!(failure.text.ends_with(": a word"), "{}", failure.text);
-        // SAFETY: it was made above, and is closed once.
+        // SAFETY: the name of the service and the text end with a zero byte.
         unsafe {
             let sent = tipwatch_client_notify(handle.cast(), c"/samples".as_ptr());
             assert_eq!(sent, Kind::Mistake as c_int);
             assert!(!CStr::from_ptr(tipwatch_client_error(handle)).is_empty());
-            assert_eq!(tipwatch_client_close(handle), 0);
         }
+        assert_eq!(tipwatch_client_close(handle), 0);
+    }
+
+    #[test]
+    fn a_client_that_is_closed_or_was_never_open_is_an_error_in_every_thread() {
+        let open = || {
+            opened(Opened {
+                client: None,
+                failure: CString::default(),
+            })
+        };
+        let (closed, other) = (open(), open());
+        assert_eq!(tipwatch_client_close(closed), 0);
+        let never = ptr::without_provenance_mut::<Handle>(usize::MAX);
+        let check = |handle: *mut Handle, expected: Kind| {
+            assert_eq!(tipwatch_client_close(handle), expected as c_int);
+            // SAFETY: the name of the service and the text end with a zero byte.
+            unsafe {
+                let sent = tipwatch_client_notify(handle.cast(), c"/samples".as_ptr());
+                assert_eq!(sent, expected as c_int);
+                assert!(!CStr::from_ptr(tipwatch_client_error(handle)).is_empty());
+            }
+        };
+        let [closed, other, never] = [closed, other, never].map(|handle| handle.addr());
+        let all = || {
+            check(ptr::without_provenance_mut(closed), Kind::Closed);
+            check(ptr::without_provenance_mut(never), Kind::Closed);
+        };
+        all();
+        let thread = std::thread::spawn(move || {
+            check(ptr::without_provenance_mut(closed), Kind::Closed);
+            check(ptr::without_provenance_mut(other), Kind::Thread);
+        });
+        thread.join().unwrap();
+        let next = open();
+        assert_ne!(next.addr(), closed, "no number is given twice");
+        all();
+        assert_eq!(tipwatch_client_close(next), 0);
+        assert_eq!(tipwatch_client_close(ptr::without_provenance_mut(other)), 0);
     }
 }

@@ -20,6 +20,8 @@ pub(crate) enum Kind {
     SharedMemory = -7,
     /// The library has a mistake.
     Mistake = -8,
+    /// The client is closed, or was never open.
+    Closed = -9,
 }
 
 /// Why a call failed.

@@ -8,7 +8,7 @@ use anyhow::Result;
 use clap::Args;
 
 use super::arguments::{MachineArgs, ServiceArgs, seconds};
-use super::exit::LOST;
+use super::exit::{FAILED, LOST};
 use crate::node::LiveNode;
 use crate::record::{ClipOptions, RecordOptions, Trigger, record};
 use crate::wire::fingerprint::Fingerprint;
@@ -101,12 +101,29 @@ pub(super) fn run_record(args: &RecordArgs) -> Result<ExitCode> {
             counts.clips, counts.short_clips
         );
     }
-    let is_complete =
-        counts.samples_lost == 0 && counts.verdicts_lost == 0 && counts.short_clips == 0;
-    Ok(if is_complete {
-        ExitCode::SUCCESS
-    } else {
-        ExitCode::from(LOST)
+    if counts.samples_unannounced > 0 {
+        eprintln!(
+            "record: {} samples are of no announced session and were not recorded: a producer has to announce its session before the \
+             first sample",
+            counts.samples_unannounced
+        );
+    }
+    let found_nothing = counts.sessions == 0;
+    if found_nothing {
+        eprintln!(
+            "record: expected the announcement of a session in the services \"{}\", found none: nothing was recorded",
+            args.service.address().service
+        );
+    }
+    let is_complete = counts.samples_lost == 0
+        && counts.verdicts_lost == 0
+        && counts.short_clips == 0
+        && counts.samples_unannounced == 0;
+    Ok(match (found_nothing, is_complete) {
+        // one that waits for session after session may find none until it is stopped
+        (true, _) if !args.stay => ExitCode::from(FAILED),
+        (_, true) => ExitCode::SUCCESS,
+        (_, false) => ExitCode::from(LOST),
     })
 }
 

@@ -11,6 +11,7 @@ use super::arguments::{MachineArgs, ServiceArgs, seconds};
 use super::exit::LOST;
 use crate::node::LiveNode;
 use crate::replay::{LogSamples, ReplayOptions, Speed, replay};
+use crate::wire::session::PACES;
 
 /// Default time for which a lossless replay waits for its reader (s).
 const LOSSLESS_WAIT_S: f64 = 10.0;
@@ -73,7 +74,11 @@ pub(super) fn speed(text: &str) -> Result<Speed, String> {
         return Ok(Speed::Max);
     }
     match text.parse() {
-        Ok(factor) if f64::is_finite(factor) && factor > 0.0 => Ok(Speed::Factor(factor)),
-        _ => Err("expected a positive number or \"max\"".into()),
+        Ok(factor) if PACES.contains(&factor) => Ok(Speed::Factor(factor)),
+        _ => Err(format!(
+            "expected a number from {} to {}, or \"max\"",
+            PACES.start(),
+            PACES.end()
+        )),
     }
 }

@@ -117,9 +117,9 @@ impl CheckedEstimator {
         })
     }
 
-    /// A person trusts these signals as they are now.
-    pub fn trust(&mut self, signals: Proofs) {
-        self.estimator.trust(signals);
+    /// A person trusts these signals as they are now. Returns those that are trusted.
+    pub fn trust(&mut self, signals: Proofs) -> Proofs {
+        self.estimator.trust(signals)
     }
 
     /// Takes a message.

@@ -477,6 +477,7 @@ impl<'a> MonitorProgram<'a> {
                     monitor.caution(InputFault::AlarmUnsaved);
                 }
                 monitor.tick(now_ns, &mut |verdict| cycle.publish(verdict));
+                tell_not_trusted(monitor);
                 self.counts = monitor.counts();
                 cycle.keep(monitor);
             }
@@ -521,6 +522,17 @@ fn tell_doubt(signal: &DoubtedSignal, stands: &Stands) {
         "monitor: {name} has {failure} since {since}, and stays doubted: {stands}. Mend it, and acknowledge it: tipwatch-live \
          acknowledge --signal {name}"
     );
+}
+
+/// Tells which acknowledgements of signals were refused.
+fn tell_not_trusted(monitor: &mut Monitor) {
+    let refused = monitor.take_not_trusted();
+    for name in refused.names(monitor.machine()) {
+        eprintln!(
+            "monitor: {name} was acknowledged and stays doubted: expected a signal that is measured again, found one that still \
+             repeats one value"
+        );
+    }
 }
 
 /// Tells what a session that is over has not shown.

@@ -35,8 +35,9 @@ pub struct Monitor {
     /// The joints and the specific force that this session measures.
     measured: Proofs,
     is_acknowledged: bool,
-    /// The signals that were acknowledged since the last row.
+    /// The signals that were acknowledged since the last row, and those that are not trusted in spite of it.
     trusted: Proofs,
+    not_trusted: Proofs,
     /// Number of alarms raised up to the last verdict published.
     alarms: u64,
     timeliness: Timeliness,
@@ -84,6 +85,7 @@ impl Monitor {
             measured: measured(sensors),
             is_acknowledged: false,
             trusted: Proofs::NONE,
+            not_trusted: Proofs::NONE,
             alarms: 0,
             timeliness: Timeliness::NoRow,
             late_cycles: 0,
@@ -202,6 +204,12 @@ impl Monitor {
         self.trusted = self.trusted.with(signals);
     }
 
+    /// The signals that somebody has acknowledged since this was asked last, and that stay doubted in spite of it: they still repeat
+    /// one value.
+    pub fn take_not_trusted(&mut self) -> Proofs {
+        std::mem::replace(&mut self.not_trusted, Proofs::NONE)
+    }
+
     /// An operator has acknowledged the latched alarm.
     pub fn acknowledge(&mut self) {
         self.is_acknowledged = true;
@@ -268,9 +276,10 @@ impl Monitor {
         let prediction = (self.predictor).row(&self.machine, time_ns, state, reasons, level);
         self.message.set_prediction(prediction);
         // from the next sample on, as offline
-        let trusted = std::mem::replace(&mut self.trusted, Proofs::NONE);
-        self.input.trust(trusted);
+        let acknowledged = std::mem::replace(&mut self.trusted, Proofs::NONE);
+        let trusted = self.input.trust(acknowledged);
         self.message.acknowledged_signals = trusted.bits();
+        self.not_trusted = self.not_trusted.with(acknowledged.without(trusted));
         self.publish(verdict, row.conditions, publish);
         let guard = &self.input.guard;
         self.timeliness = self.timeliness.max(

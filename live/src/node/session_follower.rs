@@ -5,7 +5,7 @@ use anyhow::Result;
 use super::live_node::LiveNode;
 use super::sample_reader::SampleReader;
 use crate::wire::session::Progress;
-use crate::wire::topics::{WireSample, WireSession};
+use crate::wire::topics::{Wire, WireSample, WireSession};
 
 /// A program that follows sessions.
 pub trait SessionHost {
@@ -54,6 +54,9 @@ pub trait SessionHost {
 pub struct SessionFollower<S> {
     reader: SampleReader,
     has_lost_producer: bool,
+    /// The last session that was announced, followed or not, and the number of samples of others while none was followed.
+    announced: Option<u64>,
+    unannounced: u64,
     /// The session that is followed.
     pub active: Option<S>,
 }
@@ -68,8 +71,16 @@ impl<S> SessionFollower<S> {
         Ok(Self {
             reader: SampleReader::new(node)?,
             has_lost_producer: false,
+            announced: None,
+            unannounced: 0,
             active: None,
         })
+    }
+
+    /// Number of samples of sessions that nobody announced, while none was followed.
+    #[must_use]
+    pub fn unannounced(&self) -> u64 {
+        self.unannounced
     }
 
     /// Whether nothing waited when a sample was last asked for, and the session, which goes on, had no producer any more:
@@ -87,6 +98,7 @@ impl<S> SessionFollower<S> {
         let Some(announced) = self.reader.announced()? else {
             return Ok(());
         };
+        self.announced = Some(announced.source);
         let begun = host.begin(&announced, self.active.as_ref());
         let begun = begun.and_then(|session| {
             self.reader.follow(&announced)?;
@@ -133,6 +145,8 @@ impl<S> SessionFollower<S> {
             Some(Err(foreign)) => {
                 // a session is announced before its first sample
                 self.look_for_session(host)?;
+                let is_of_none = self.active.is_none() && self.announced != Some(foreign.source);
+                self.unannounced += u64::from(is_of_none && foreign.is_whole());
                 let active = self.active.as_mut();
                 active
                     .map_or(Ok(Progress::Running), |session| {

@@ -69,7 +69,11 @@ pub fn record(
     let ran = recorder.run();
     let closed = recorder.close();
     ran.and(closed)?;
-    Ok(recorder.host.total)
+    let samples_unannounced = recorder.follower.unannounced();
+    Ok(RecordCounts {
+        samples_unannounced,
+        ..recorder.host.total
+    })
 }
 
 struct Recorder<'a> {
@@ -129,6 +133,7 @@ impl SessionHost for Host<'_> {
 impl Host<'_> {
     /// Ends the files of a session.
     fn close(&mut self, session: SessionRecorder) -> Result<()> {
+        self.total.sessions += 1;
         self.total.add(&session.close()?);
         Ok(())
     }

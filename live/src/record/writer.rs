@@ -63,6 +63,10 @@ pub struct RecordCounts {
     /// Samples that failed the checks, as they did in the monitor; they are not recorded. One whose sequence
     /// number is unreadable counts as lost, too.
     pub samples_refused: u64,
+    /// Sessions that were recorded.
+    pub sessions: u64,
+    /// Samples of sessions that nobody announced; they cannot be recorded.
+    pub samples_unannounced: u64,
 }
 
 impl RecordCounts {
@@ -85,6 +89,8 @@ impl RecordCounts {
         self.clips += other.clips;
         self.short_clips += other.short_clips;
         self.samples_refused += other.samples_refused;
+        self.sessions += other.sessions;
+        self.samples_unannounced += other.samples_unannounced;
     }
 }
 

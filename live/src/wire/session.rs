@@ -1,11 +1,16 @@
 //! Sessions: the machine and its sensors, on which both sides agree before the first sample.
 
+use std::ops::RangeInclusive;
+
 use anyhow::{Context, Result, bail, ensure};
 use tipwatch_binding::{MachineFile, Urdf};
 
 use crate::system::clock::monotonic_ns;
 use crate::wire::hash::Fnv1a;
 use crate::wire::topics::{Head, MAX_JOINTS, NAME_BYTES, Wire, WireSession};
+
+/// Paces of a clock that is related to real time: with a slower or faster one, times of this computer do not fit into nanoseconds.
+pub const PACES: RangeInclusive<f64> = 1e-3..=1e3;
 
 /// Whether more is to come.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -158,14 +163,21 @@ impl TryFrom<&WireSession> for Session {
             "session: expected an undamaged message of this version"
         );
         ensure!(
-            wire.pace.is_finite() && wire.pace >= 0.0,
-            "session: expected a pace of 0 or more, found {}",
+            wire.pace == 0.0 || PACES.contains(&wire.pace),
+            "session: expected a pace from {} to {}, or 0 of a clock without relation to real time, found {}",
+            PACES.start(),
+            PACES.end(),
             wire.pace
         );
         let (joints, streams) = (wire.joint_count as usize, wire.stream_count as usize);
         ensure!(
             joints <= MAX_JOINTS && streams <= joints,
             "session: expected no more than {MAX_JOINTS} joints in no more streams, found {joints} in {streams}"
+        );
+        ensure!(
+            wire.reserved == 0,
+            "session: expected 0 in reserved, found {}",
+            wire.reserved
         );
         let mut session = Self {
             id: wire.source,
@@ -176,11 +188,11 @@ impl TryFrom<&WireSession> for Session {
                 stamp_ns: wire.clock_stamp_ns,
                 host_ns: wire.clock_host_ns,
             },
-            wants_progress: wire.wants_progress != 0,
+            wants_progress: flag(wire.wants_progress, "wants_progress")?,
             streams: vec![Vec::new(); streams],
-            imu: wire.has_imu != 0,
-            odometry: wire.has_odometry != 0,
-            tool_wrench: wire.has_tool_wrench != 0,
+            imu: flag(wire.has_imu, "has_imu")?,
+            odometry: flag(wire.has_odometry, "has_odometry")?,
+            tool_wrench: flag(wire.has_tool_wrench, "has_tool_wrench")?,
             actuated_joints: list_of(wire.actuated_joints),
             switches: list_of(wire.switches),
             load_sensors: list_of(wire.load_sensors),
@@ -188,18 +200,46 @@ impl TryFrom<&WireSession> for Session {
             payload_signals: list_of(wire.payload_signals),
             imu_frame: Some(name_from_wire(&wire.imu_frame)?).filter(|frame| !frame.is_empty()),
         };
-        for (stream, name) in wire
-            .joint_streams
-            .iter()
-            .zip(&wire.joint_names)
-            .take(joints)
-        {
-            let names = session.streams.get_mut(*stream as usize);
-            names
-                .context("session: joint of an unknown stream")?
-                .push(name_from_wire(name)?);
+        let mut before = 0;
+        let all = wire.joint_streams.iter().zip(&wire.joint_names);
+        for (place, (&stream, name)) in all.enumerate() {
+            let name = name_from_wire(name)?;
+            if place >= joints {
+                ensure!(
+                    stream == 0 && name.is_empty(),
+                    "session: expected {joints} joints as in joint_count, found one more: \"{name}\" of stream {stream}"
+                );
+                continue;
+            }
+            ensure!(
+                stream >= before,
+                "session: expected the streams of the joints in ascending order, found stream {stream} of \"{name}\" behind {before}"
+            );
+            before = stream;
+            let names = session.streams.get_mut(stream as usize);
+            let names = names.with_context(|| {
+                format!(
+                    "session: expected joints of {streams} streams as in stream_count, found \"{name}\" of stream {stream}"
+                )
+            })?;
+            names.push(name);
         }
+        let empty = session.streams.iter().position(Vec::is_empty);
+        ensure!(
+            empty.is_none(),
+            "session: expected joints of {streams} streams as in stream_count, found none of stream {}",
+            empty.unwrap_or_default()
+        );
         Ok(session)
+    }
+}
+
+/// A yes or no of the session.
+fn flag(found: u32, field: &str) -> Result<bool> {
+    match found {
+        0 => Ok(false),
+        1 => Ok(true),
+        _ => bail!("session: expected 0 or 1 in {field}, found {found}"),
     }
 }
 
@@ -321,5 +361,49 @@ mod tests {
         wire.joint_count = 1000;
         wire.seal(wire.head());
         assert!(Session::try_from(&wire).is_err(), "too many joints");
+    }
+
+    /// A message that is whole and contradicts itself says what was expected and what was found.
+    // requirement: TW-REFUSAL-01
+    #[test]
+    fn sessions_that_contradict_themselves_are_rejected() {
+        type Change = fn(&mut WireSession);
+        let changes: [(&str, Change); 13] = [
+            ("0 or 1 in has_imu, found 7", |it| it.has_imu = 7),
+            ("0 or 1 in has_odometry, found 2", |it| it.has_odometry = 2),
+            ("has_tool_wrench, found 255", |it| it.has_tool_wrench = 255),
+            ("wants_progress, found 3", |it| it.wants_progress = 3),
+            ("0 in reserved, found 9", |it| it.reserved = 9),
+            (
+                "3 streams as in stream_count, found none of stream 2",
+                |it| {
+                    it.stream_count = 3;
+                },
+            ),
+            (
+                "1 streams as in stream_count, found \"c\" of stream 1",
+                |it| {
+                    it.stream_count = 1;
+                },
+            ),
+            ("found stream 0 of \"c\" behind 1", |it| {
+                it.joint_streams[..3].copy_from_slice(&[1, 1, 0]);
+            }),
+            ("2 joints as in joint_count, found one more: \"c\"", |it| {
+                it.joint_count = 2;
+                it.stream_count = 1;
+            }),
+            ("found -1", |it| it.pace = -1.0),
+            ("found NaN", |it| it.pace = f64::NAN),
+            ("found inf", |it| it.pace = f64::INFINITY),
+            ("from 0.001 to 1000, or 0", |it| it.pace = 1e-300),
+        ];
+        for (words, change) in changes {
+            let mut wire = WireSession::try_from(&session()).unwrap();
+            change(&mut wire);
+            wire.seal(wire.head());
+            let error = Session::try_from(&wire).unwrap_err().to_string();
+            assert!(error.contains(words), "{words}: {error}");
+        }
     }
 }

@@ -271,7 +271,8 @@ macro_rules! verdict_message {
                 /// Bits, as in unproven: signals that failed visibly, such as a joint that jumped where it cannot have moved,
                 /// in this session or before. They are doubted until they are back, or somebody acknowledges them.
                 pub doubted: u64,
-                /// Bits: the signals that somebody has acknowledged since the last row.
+                /// Bits: the signals that somebody has acknowledged since the last row, and that are trusted again. One that was refused,
+                /// because it still repeats one value, is not among them and stays in doubted.
                 pub acknowledged_signals: u64,
                 /// Bits: the joints of the machine whose command is known: the prediction moves them by it.
                 pub commanded: u64,

@@ -36,6 +36,19 @@ static void *thread(void *client)
     return foreign((struct tipwatch_client *)client) ? client : NULL;
 }
 
+/* The number of the first check that finds a closed client usable; 0 if none. */
+static int is_closed(struct tipwatch_client *client)
+{
+    EXPECT(tipwatch_client_close(client) == TIPWATCH_CLIENT_CLOSED);
+    EXPECT(tipwatch_client_send(client, TIPWATCH_ACKNOWLEDGE_SERVICE, &acknowledge, sizeof acknowledge) ==
+           TIPWATCH_CLIENT_CLOSED);
+    EXPECT(tipwatch_client_receive(client, TIPWATCH_ACKNOWLEDGE_SERVICE, &taken, sizeof taken) == TIPWATCH_CLIENT_CLOSED);
+    EXPECT(tipwatch_client_wait(client, TIPWATCH_SAMPLE_SERVICE, 0) == TIPWATCH_CLIENT_CLOSED);
+    EXPECT(tipwatch_client_notify(client, TIPWATCH_SAMPLE_SERVICE) == TIPWATCH_CLIENT_CLOSED);
+    EXPECT(strlen(tipwatch_client_error(client)) > 0);
+    return 0;
+}
+
 static int is_default(int number)
 {
     struct sigaction action;
@@ -140,5 +153,8 @@ int main(int count, char **arguments)
     EXPECT(before > 0 && tipwatch_client_now_ns(client) >= before);
     EXPECT(pthread_create(&running, NULL, thread, client) == 0 && pthread_join(running, &wrong) == 0 && !wrong);
     EXPECT(tipwatch_client_close(client) == 0 && tipwatch_client_close(other) == 0 && tipwatch_client_close(NULL) == 0);
+    EXPECT(is_closed(client) == 0 && is_closed(other) == 0);
+    other = tipwatch_client_open(TIPWATCH_CONTRACT, NULL, arguments[1], NULL, 0);
+    EXPECT(other && other != client && is_closed(client) == 0 && tipwatch_client_close(other) == 0);
     return 0;
 }

@@ -206,9 +206,10 @@ impl CausalEstimator {
         self.plausibility.known_positions()
     }
 
-    /// A person trusts these signals as they are now: rows do not doubt them from the next samples on.
-    pub fn trust(&mut self, signals: Proofs) {
-        self.plausibility.trust(signals);
+    /// A person trusts these signals as they are now: rows do not doubt them from the next samples on. Returns those that are trusted,
+    /// see [`Plausibility::trust`].
+    pub fn trust(&mut self, signals: Proofs) -> Proofs {
+        self.plausibility.trust(signals)
     }
 
     /// The probability that each joint of the arm has the other sign, by index, as the samples so far show it; none where
@@ -431,6 +432,7 @@ impl CausalEstimator {
             &mut read,
             &mut self.estimate.state,
         );
+        self.leave_out_what_says_nothing(machine);
         if self.plausibility.is_contradicted() {
             self.estimate.reasons.add(Reason::Contradiction);
         }
@@ -454,6 +456,19 @@ impl CausalEstimator {
         }
         self.weigh_by_signals(machine, elapsed_s);
         row(&self.estimate);
+    }
+
+    /// A force that nothing shows to be measured splits no load: a jack that has stopped would hide that its foot is in the air. The
+    /// force that tells the mass of a payload stays, because without it there are no loads; it is not proven.
+    fn leave_out_what_says_nothing(&mut self, machine: &Machine) {
+        for (k, signal) in self.sensors.actuators.iter().enumerate() {
+            let mut lifts = machine.payloads().iter().filter_map(|it| it.lift.as_ref());
+            if self.plausibility.says_nothing(k)
+                && !lifts.any(|lift| lift.joint == Some(signal.joint))
+            {
+                self.estimate.state.actuator_force[signal.joint] = f64::NAN;
+            }
+        }
     }
 
     /// Gives the row the masses that signals state, and the forces by which others are estimated: these are unknown here. Without

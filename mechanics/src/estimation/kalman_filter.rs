@@ -15,6 +15,7 @@ use super::faster;
 use super::history::History;
 use super::lag::MeanAccelerations;
 use super::misfit::{self, Misfit};
+use super::onset::Onset;
 use super::reading::FilterStatus;
 use super::white_jerk::{
     Channel, ChannelState, Matrix, predicted, seconds, smoother_gain, step, symmetric,
@@ -54,6 +55,8 @@ pub(crate) struct KalmanFilter {
     means: Option<MeanAccelerations>,
     /// `None` where the covariance stays that of the noise.
     misfit: Option<Misfit>,
+    /// `None` where a smoother knows what comes.
+    onset: Option<Onset>,
     /// For motion that this one is too slow for.
     faster: Option<Box<KalmanFilter>>,
 }
@@ -97,8 +100,15 @@ impl KalmanFilter {
             history: keeps_history.then(|| History::new(channels)),
             means: (!keeps_history).then(|| MeanAccelerations::new(channels)),
             misfit: None,
+            onset: None,
             faster: None,
         }
+    }
+
+    /// The same filter, whose covariance has what its newest innovations show of a motion that begins, in the channels that count.
+    pub(super) fn weighing_onsets(mut self, counts: impl Iterator<Item = bool>) -> Self {
+        self.onset = Some(Onset::new(counts));
+        self
     }
 
     /// The same filter, whose noise is corrected by what its innovations show.
@@ -177,6 +187,9 @@ impl KalmanFilter {
         }
         if let Some(misfit) = &mut self.misfit {
             misfit.disregard(channel);
+        }
+        if let Some(onset) = &mut self.onset {
+            onset.disregard(channel);
         }
     }
 
@@ -262,6 +275,17 @@ impl KalmanFilter {
 
     /// Covariance predicted to a stamp close to the last sample, as large as the innovations show it to be.
     pub(crate) fn covariance_at(&self, stamp_ns: i64) -> Matrix {
+        let learnt = self.covariance_by_learnt_noise(stamp_ns);
+        match self.onset.as_ref().map(Onset::added) {
+            Some(added) => {
+                std::array::from_fn(|i| std::array::from_fn(|j| learnt[i][j] + added[i][j]))
+            }
+            None => learnt,
+        }
+    }
+
+    /// The same by the noise learnt so far, whatever the newest innovations show.
+    fn covariance_by_learnt_noise(&self, stamp_ns: i64) -> Matrix {
         let ahead = stamp_ns.saturating_sub(self.state.last_ns.unwrap_or(stamp_ns));
         let stated = predicted(&self.state.covariance, seconds(ahead), self.density());
         let factor = self.misfit_factor();
@@ -273,12 +297,13 @@ impl KalmanFilter {
         self.misfit.as_ref().map_or(1.0, Misfit::factor)
     }
 
-    /// How far a channel is behind a motion that changes fast, beside this covariance.
-    pub(super) fn lag(&self, channel: usize, covariance: &Matrix) -> ChannelState {
+    /// How far a channel is behind a motion that changes fast, at a stamp close to the last sample.
+    pub(super) fn lag_at(&self, channel: usize, stamp_ns: i64) -> ChannelState {
         let acceleration = self.state.jets[channel][2];
         let means = self.means.as_ref();
         means.map_or([0.0; 3], |means| {
-            means.lag(channel, acceleration, covariance)
+            let covariance = self.covariance_by_learnt_noise(stamp_ns);
+            means.lag(channel, acceleration, &covariance)
         })
     }
 
@@ -288,7 +313,7 @@ impl KalmanFilter {
         let covariance = self.covariance_at(stamp_ns);
         let of_channel = |k: usize| Channel {
             jet: self.at(k, stamp_ns),
-            lag: self.lag(k, &covariance),
+            lag: self.lag_at(k, stamp_ns),
         };
         let channels = &mut channels[..self.channels()];
         let faster = self.faster.as_deref().filter(|_| share > 0.0);
@@ -343,6 +368,9 @@ impl KalmanFilter {
         if let Some(misfit) = &mut self.misfit {
             misfit.restart();
         }
+        if let Some(onset) = &mut self.onset {
+            onset.restart();
+        }
         let factors = self.state.factors();
         let spread = INITIAL_SPREAD * INITIAL_SPREAD * self.density();
         let value_variance = self.model.value_variance * factors.value;
@@ -390,6 +418,9 @@ impl KalmanFilter {
             let variance = self.model.rate_variance * factors.rate;
             self.update::<1>(variance, doubt.rate_variance, rates);
         }
+        if let Some(onset) = &mut self.onset {
+            onset.step(dt);
+        }
         if let Some(means) = &mut self.means {
             means.step(&self.state.jets, &self.state.covariance, density, dt);
         }
@@ -401,6 +432,14 @@ impl KalmanFilter {
         let innovation_variance = row[MEASURED] + (variance + doubt);
         self.state
             .learn::<MEASURED>(values, innovation_variance, doubt);
+        let is_rate = MEASURED == 1;
+        if let Some(onset) = self.onset.as_mut().filter(|_| is_rate && doubt == 0.0) {
+            let jets = self.state.jets.iter().zip(values);
+            onset.take(
+                jets.map(|(jet, value)| value - jet[MEASURED]),
+                innovation_variance,
+            );
+        }
         let gain = row.map(|p| p / innovation_variance);
         let before = self.state.covariance;
         self.state.covariance = symmetric(|i, j| before[i][j] - gain[i] * row[j]);

@@ -76,7 +76,13 @@ impl Filters {
             let of_joints = |own: &[usize]| {
                 let filter = KalmanFilter::new(joints, own.len(), keeps_history);
                 match e.noise_from_log {
-                    true => filter.adapting(Adaptation::new(own.iter().map(is_of_arm))),
+                    true => {
+                        let filter = filter.adapting(Adaptation::new(own.iter().map(is_of_arm)));
+                        match keeps_history {
+                            true => filter,
+                            false => filter.weighing_onsets(own.iter().map(is_of_arm)),
+                        }
+                    }
                     false => weighing(filter, &|channel| is_of_arm(&own[channel])),
                 }
             };

@@ -12,6 +12,7 @@
 //! Where nothing shakes the machine, or the sensor does not resolve its noise, values repeat rightly, and nothing is weighed.
 
 use super::notice::{Limits, Notice};
+use super::turning::per_repeat;
 use crate::machine::FaultKind;
 
 /// Weight of a sample in the running mean of the changes of an axis.
@@ -95,7 +96,7 @@ impl Axis {
 
     /// What a repeat says for "it sticks".
     fn per_repeat(&self) -> f64 {
-        ((self.changed + self.kept + 2.0) / (self.kept + 1.0)).ln()
+        per_repeat(self.changed, self.kept)
     }
 }
 

@@ -20,7 +20,7 @@ pub struct Plausibility {
     rules: Rules,
     has_imu: bool,
     findings: Vec<Finding>,
-    /// Signals that a person trusts, and what the motion had proven by then.
+    /// Signals that a person trusts, and what the motion had proven when a person trusted each of them: that was before.
     trusted: Proofs,
     proven_before_trust: Proofs,
     /// Whether a lasting contradiction was found, and whether one is remembered from a session before.
@@ -125,31 +125,44 @@ impl Plausibility {
         self.signals.known_positions()
     }
 
-    /// A person trusts these signals as they are now. A joint that has stopped and still repeats itself stays doubted: it is not
-    /// mended. What nothing but a person says is not proven before the motion shows it.
-    pub fn trust(&mut self, signals: Proofs) {
+    /// A person trusts these signals as they are now; returns those that are trusted. A joint that has stopped and still repeats itself
+    /// is not among them and stays doubted: it is not mended. What nothing but a person says is not proven before the motion shows it.
+    pub fn trust(&mut self, signals: Proofs) -> Proofs {
         let signals = signals.without(self.signals.repeating());
-        self.trusted = self.trusted.with(signals);
-        self.proven_before_trust = self.relations.proven();
+        self.trusted = self.only_trusted().with(signals);
+        let before = self.proven_before_trust.without(signals);
+        let proven = self.relations.proven().shared_with(signals);
+        self.proven_before_trust = before.with(proven);
         self.signals.trust(signals);
         self.relations.trust(signals);
         if signals.has(Proof::SpecificForce) {
             self.weight.trust();
         }
+        signals
+    }
+
+    /// The signals that nothing but a person says are right: the motion has not proven them since.
+    fn only_trusted(&self) -> Proofs {
+        let proven_since = (self.relations.proven()).without(self.proven_before_trust);
+        self.trusted.without(proven_since)
     }
 
     /// What the samples so far have shown of the sensors. `is_idle` tells of signals of actuators that no load hangs on now.
     #[must_use]
     pub fn shown(&self, is_idle: &dyn Fn(usize) -> bool) -> SessionProofs {
         let unchanged = self.signals.unchanged(is_idle);
-        let proven = self.relations.proven();
-        let trusted = (self.trusted).without(proven.without(self.proven_before_trust));
         SessionProofs {
-            proven,
+            proven: self.relations.proven(),
             unchanged: unchanged.with(self.signals.silent(is_idle)),
-            disputed: self.relations.disputed().with(trusted),
+            disputed: self.relations.disputed().with(self.only_trusted()),
             at_zero: self.signals.at_zero(),
         }
+    }
+
+    /// Whether nothing shows that a signal of an actuator is measured: it has shown one value only, or repeats one for so long that it
+    /// may have stopped.
+    pub(in crate::estimation) fn says_nothing(&self, actuator: usize) -> bool {
+        self.signals.is_nothing(actuator)
     }
 
     /// The probability that each joint of the arm has the other sign, by index, as the samples so far show it; none where

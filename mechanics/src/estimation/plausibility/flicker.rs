@@ -5,22 +5,16 @@
 //! that the position is not measured any more. It works while something else moves, or another joint of the message flickers: what
 //! shakes one, or reads one, does so with all of them.
 //!
-//! Of the changes of noise two in three go back. A joint that moves slowly and has no noise, to and fro perhaps, goes on in its
-//! direction for some samples, and may rest then. The changes at rest say which of both it is:
-//! ```text
-//!     log likelihood ratio = b ln((2/3) / m) + (n - b) ln((1/3) / (1 - m)),     b of n changes go back, of a motion the share m
-//! ```
+//! A joint that moves slowly and has no noise may rest then: the changes at rest say which of both it is, see [`super::turning`].
 
 use super::notice::Limits;
+use super::turning::{noise_against_motion, per_repeat};
 
 /// Weight of a sample at rest in the mean of the changes.
 const CHANGE_WEIGHT: f64 = 1.0 / 64.0;
 /// The noise is resolved where the mean change is so many times the least one. A position between two steps of a coarse
 /// encoder flickers by one of them, and rests in another posture.
 const RESOLVED: f64 = 1.5;
-/// Shares of the changes of noise and of a motion that go back.
-const NOISE_BACK: f64 = 2.0 / 3.0;
-const MOTION_BACK: f64 = 0.15;
 /// A run of fewer samples than usual counts where it lasts so long (s), with at least so many samples.
 const LONG_S: f64 = 1.0;
 const FEWEST_REPEATS: u32 = 10;
@@ -69,9 +63,8 @@ impl Flicker {
 
     /// Whether the position is known to be finer than its noise.
     fn is_fine(&self) -> bool {
-        let back = self.changed * (NOISE_BACK / MOTION_BACK).ln();
-        let on = (self.changes - self.changed) * ((1.0 - NOISE_BACK) / (1.0 - MOTION_BACK)).ln();
-        back + on >= self.threshold && self.change >= RESOLVED * self.resolution
+        let noise = noise_against_motion(self.changed, self.changes - self.changed);
+        noise >= self.threshold && self.change >= RESOLVED * self.resolution
     }
 
     /// Takes a position, whether the joint rests by its velocity, and whether the machine works. Returns since when it
@@ -108,7 +101,7 @@ impl Flicker {
         let lasted_s = limits.elapsed_s(self.run_since_ns, stamp_ns);
         let is_long =
             self.run >= limits.frozen_samples || (self.run >= FEWEST_REPEATS && lasted_s >= LONG_S);
-        let per_repeat = ((self.changed + self.kept + 2.0) / (self.kept + 1.0)).ln();
+        let per_repeat = per_repeat(self.changed, self.kept);
         let is_proven = f64::from(self.run) * per_repeat >= self.threshold;
         let is_asked = self.works >= self.run / 2;
         (is_long && self.is_fine() && is_proven && is_asked).then_some(self.run_since_ns)

@@ -1,12 +1,11 @@
 //! Detection of frozen signals, which repeat bit for bit.
 
 use super::notice::{Limits, Notice};
+use super::turning::{noise_against_motion, per_repeat};
 use crate::machine::FaultKind;
 
-/// Weight of a sample in the running fraction of turning points.
-const NOISE_WEIGHT: f64 = 1.0 / 64.0;
-/// Two of three samples of white noise are turning points, but only few of a smooth signal.
-const NOISY_SHARE: f64 = 0.4;
+/// Largest evidence of noise or of a motion, as a multiple of the threshold, so that what ends is forgotten.
+const LARGEST: f64 = 2.0;
 /// Weight of a change in the mean change, and of a sample in the share of repeats.
 const STEP_WEIGHT: f64 = 1.0 / 32.0;
 /// The sensor resolves its noise where the mean change is so many times the least one. Of three values that go to and fro between
@@ -25,12 +24,13 @@ const LEAST_STEP: f64 = 1e-3;
 /// Detects a frozen part with at most four values.
 ///
 /// A sensor at rest may repeat itself legitimately: one simulated without noise, or one of coarse resolution.
-/// Repetition therefore counts only if the signal was noisy before (judged by the fraction of turning points,
-/// which is independent of the noise amplitude) or while another signal detects motion. That of a sensor whose step is wider
-/// than its noise never counts: a motion elsewhere may move it by less than a step.
+/// Repetition therefore counts only if the signal was noisy before (judged by how often it turned back, which is independent of the
+/// noise amplitude) and so seldom repeated itself that chance does not explain it, or while another signal detects motion. That of a
+/// sensor whose step is wider than its noise never counts: a motion elsewhere may move it by less than a step.
 ///
 /// Of a signal that may rest while others move, as a force or a mass, motion elsewhere is no proof that it is frozen. But for as long
-/// as it rests, nothing shows that it is measured: see [`Freeze::is_silent`].
+/// as it rests, nothing shows that it is measured, and neither does anything of one that stopped before it has shown whether it has
+/// noise: see [`Freeze::is_silent`].
 #[derive(Debug, Clone)]
 pub(super) struct Freeze {
     last: [f64; 4],
@@ -40,10 +40,14 @@ pub(super) struct Freeze {
     run_since_ns: i64,
     /// Number of repeated samples during which motion was detected elsewhere.
     moving: u32,
-    turning_share: f64,
-    /// The same of samples while nothing moved elsewhere, and their number: its own noise, which no motion drowns or makes.
-    turning_share_at_rest: f64,
-    samples_at_rest: u64,
+    /// Repeats before the present run, while it was measured.
+    repeated: f64,
+    /// The evidence of noise against a motion by its changes, as a log likelihood ratio, from the change on that serves either most.
+    noise: f64,
+    /// The same of changes while nothing moved elsewhere: its own noise, which no motion drowns or makes.
+    noise_at_rest: f64,
+    /// Whether the present run shows that it is not measured.
+    is_missed: bool,
     /// Running mean and sum of squared deviations, for the spread of the signal.
     mean: [f64; 4],
     squares: [f64; 4],
@@ -70,9 +74,10 @@ impl Freeze {
             run: 0,
             run_since_ns: 0,
             moving: 0,
-            turning_share: 0.0,
-            turning_share_at_rest: 0.0,
-            samples_at_rest: 0,
+            repeated: 0.0,
+            noise: 0.0,
+            noise_at_rest: 0.0,
+            is_missed: false,
             mean: [0.0; 4],
             squares: [0.0; 4],
             resolution: f64::INFINITY,
@@ -106,6 +111,13 @@ impl Freeze {
         self.is_silent
     }
 
+    /// Whether the present value says nothing of what it measures: it has never shown another one, or is silent. Zero where it stops
+    /// hides nothing.
+    pub(super) fn says_nothing(&self) -> bool {
+        let at_stop = self.has_stop && self.last[0] == 0.0;
+        !at_stop && (self.is_silent || !self.has_changed())
+    }
+
     /// Whether it has shown a value.
     pub(super) fn was_given(&self) -> bool {
         self.samples > 0
@@ -124,7 +136,7 @@ impl Freeze {
         moves_elsewhere: bool,
         limits: &Limits,
     ) -> Option<Notice> {
-        let since_ns = self.since(stamp_ns, values, moves_elsewhere, limits.frozen_samples)?;
+        let since_ns = self.since(stamp_ns, values, moves_elsewhere, limits)?;
         Some(
             Notice::of(FaultKind::Frozen, since_ns)
                 .measured(limits.elapsed_s(since_ns, stamp_ns), f64::NAN)
@@ -138,7 +150,7 @@ impl Freeze {
         stamp_ns: i64,
         values: &[f64],
         moves_elsewhere: bool,
-        limit: u32,
+        limits: &Limits,
     ) -> Option<i64> {
         let is_same = values
             .iter()
@@ -149,28 +161,36 @@ impl Freeze {
             self.moving += u32::from(moves_elsewhere);
             self.repeats += STEP_WEIGHT * (1.0 - self.repeats);
         } else {
-            self.see(values, moves_elsewhere);
+            if !self.is_missed {
+                self.repeated += f64::from(self.run.saturating_sub(1));
+            }
+            self.see(values, moves_elsewhere, LARGEST * limits.sticks);
             (self.run, self.run_since_ns, self.moving) = (1, stamp_ns, 0);
-            self.is_silent = false;
+            (self.is_silent, self.is_missed) = (false, false);
         }
-        let is_noisy =
-            |share: f64, samples: u64| share >= NOISY_SHARE && samples >= u64::from(limit);
+        let is_noise = |evidence: f64| evidence >= limits.sticks;
         let moves = self.moving >= self.run / 2;
         let was_noisy = match self.may_rest {
-            false => is_noisy(self.turning_share, self.samples),
+            false => is_noise(self.noise),
             // what shook a force or a mass may have ended
-            true => {
-                is_noisy(self.turning_share_at_rest, self.samples_at_rest)
-                    || (moves && is_noisy(self.turning_share, self.samples))
-            }
+            true => is_noise(self.noise_at_rest) || (moves && is_noise(self.noise)),
         };
+        // one that moved and has no noise rests rightly, and so may one that was shaken
+        let is_open = self.has_changed() && self.noise.abs() < limits.sticks;
         let lasted_ns = stamp_ns.saturating_sub(self.run_since_ns);
+        let limit = limits.frozen_samples;
         let is_long = |run: u32, ns: f64| run >= limit || (run >= FEWEST_REPEATS && ns >= LONG_NS);
         let (run_ns, moving) = (lasted_ns as f64, self.moving);
         let moved_ns = run_ns * f64::from(moving) / f64::from(self.run);
         let at_stop = self.has_stop && values.iter().all(|value| *value == 0.0);
-        let is_missed = was_noisy && !self.is_coarse() && !at_stop;
-        let says_nothing = (is_missed && is_long(self.run, run_ns)) || is_long(moving, moved_ns);
+        let changes = (self.samples.saturating_sub(1)) as f64;
+        let repeats = f64::from(self.run - 1);
+        let is_no_chance = repeats * per_repeat(changes, self.repeated) >= limits.sticks;
+        let is_asked = is_no_chance && !self.is_coarse() && !at_stop;
+        let is_missed = was_noisy && is_asked;
+        let has_stopped = is_missed || (is_open && is_asked);
+        self.is_missed |= has_stopped;
+        let says_nothing = (has_stopped && is_long(self.run, run_ns)) || is_long(moving, moved_ns);
         // a rest after it shows nothing either
         self.is_silent |= self.may_rest && says_nothing;
         let counts = is_missed || (moves && !self.may_rest && !self.is_coarse());
@@ -189,7 +209,8 @@ impl Freeze {
         self.squares.iter().copied().fold(0.0, f64::max).sqrt() / count.sqrt()
     }
 
-    fn see(&mut self, values: &[f64], moves_elsewhere: bool) {
+    /// Takes a change; `largest`: the largest evidence of noise.
+    fn see(&mut self, values: &[f64], moves_elsewhere: bool, largest: f64) {
         self.samples += 1;
         let count = self.samples as f64;
         let mut turns = 0.0;
@@ -204,15 +225,19 @@ impl Freeze {
             self.mean[i] += apart / count;
             self.squares[i] += apart * (value - self.mean[i]);
         }
-        let share = turns / values.len() as f64;
-        self.turning_share += NOISE_WEIGHT * (share - self.turning_share);
-        if !moves_elsewhere {
-            self.samples_at_rest += 1;
-            self.turning_share_at_rest += NOISE_WEIGHT * (share - self.turning_share_at_rest);
-        }
         // NaN: the first one
         if change > 0.0 {
             self.follow_steps(change);
+        }
+        // two changes tell whether the last one goes back
+        if self.samples > 2 {
+            let share = turns / values.len() as f64;
+            let ratio = noise_against_motion(share, 1.0 - share);
+            let add = |evidence: f64| (evidence + ratio).clamp(-largest, largest);
+            self.noise = add(self.noise);
+            if !moves_elsewhere {
+                self.noise_at_rest = add(self.noise_at_rest);
+            }
         }
     }
 
@@ -243,7 +268,7 @@ mod tests {
                     k as i64,
                     &[value, -value, 0.5 * value],
                     moves && k > 400,
-                    100,
+                    &Limits::OF_TESTS,
                 )
                 .is_some()
         })
@@ -302,10 +327,10 @@ mod tests {
             assert_eq!([is_frozen, freeze.is_silent()], expected);
             // whatever moves or rests afterwards
             let last = freeze.last;
-            (800..2000).for_each(|k| _ = freeze.since(k, &last[..3], false, 100));
+            (800..2000).for_each(|k| _ = freeze.since(k, &last[..3], false, &Limits::OF_TESTS));
             assert_eq!(freeze.is_silent(), expected[1]);
             // until it shows that it is measured
-            let _ = freeze.since(2000, &[9.0, -9.0, 4.5], moves, 100);
+            let _ = freeze.since(2000, &[9.0, -9.0, 4.5], moves, &Limits::OF_TESTS);
             assert!(!freeze.is_silent());
         }
     }
@@ -327,7 +352,9 @@ mod tests {
                     _ => moves,
                 };
                 let value = [before(k.min(400))];
-                freeze.since(k as i64, &value, moves, 100).is_some()
+                freeze
+                    .since(k as i64, &value, moves, &Limits::OF_TESTS)
+                    .is_some()
             })
         };
         assert!(is_frozen(&drowned, false, false));

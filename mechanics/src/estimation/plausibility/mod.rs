@@ -45,6 +45,7 @@ mod signal_doubt;
 mod signals;
 mod spans;
 mod treatment;
+mod turning;
 mod vector;
 mod weight;
 

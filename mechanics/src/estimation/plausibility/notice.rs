@@ -1,6 +1,7 @@
 //! What the checks share: their limits, and how they report a fault.
 
 use super::explanation::Explanation;
+use super::false_alarms;
 use super::fault::{Amount, Component, Finding, Part};
 use crate::machine::{FaultKind, Machine, Policy};
 use crate::state::{Sample, Sensor};
@@ -22,6 +23,7 @@ impl Rules {
             limits: Limits {
                 max_gap_s: machine.estimator().max_gap,
                 frozen_samples: spec.frozen_samples,
+                sticks: false_alarms::threshold_of_repeats(spec.false_alarms_per_hour),
                 quaternion_tolerance: spec.quaternion_tolerance,
                 rate_tolerance_share: spec.rate_tolerance_share,
             },
@@ -35,6 +37,8 @@ impl Rules {
 pub(super) struct Limits {
     pub(super) max_gap_s: f64,
     pub(super) frozen_samples: u32,
+    /// Log likelihood ratio from which a signal that repeats itself is not measured any more.
+    pub(super) sticks: f64,
     pub(super) quaternion_tolerance: f64,
     pub(super) rate_tolerance_share: f64,
 }
@@ -44,6 +48,7 @@ impl Limits {
     pub(super) const OF_TESTS: Self = Self {
         max_gap_s: 0.25,
         frozen_samples: 100,
+        sticks: 25.0,
         quaternion_tolerance: 0.01,
         rate_tolerance_share: 0.2,
     };

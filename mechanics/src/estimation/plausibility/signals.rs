@@ -5,7 +5,6 @@ use nalgebra::Vector3;
 
 use super::attitude::AttitudeWatch;
 use super::explanation::Explanation;
-use super::false_alarms;
 use super::fault::{Finding, Part};
 use super::freeze::Freeze;
 use super::gravity::GravityWatch;
@@ -28,9 +27,6 @@ const HARMLESS_FORCE: f64 = 1.0;
 const HARMLESS_TURNING: f64 = 0.2;
 const HARMLESS_VELOCITY: f64 = 0.3;
 const HARMLESS_TOOL: f64 = 0.02;
-/// Samples of which one repeats by chance, an hour, and the axes and ends of ranges that are weighed, about.
-const SAMPLES_PER_HOUR: f64 = 1e6;
-const ENDS: usize = 12;
 /// Lever arm that relates the largest moment on the tool to the largest force (m).
 const TOOL_LEVER: f64 = 1.0;
 /// Largest force of an actuator, or of one of its chambers, as a multiple of the machine's weight.
@@ -111,7 +107,8 @@ impl SignalChecks {
         let odometry = signals.odometry.as_ref().and_then(SignalSpec::fields);
         let tool = signals.tool_wrench.as_ref().and_then(SignalSpec::fields);
         let harmless_tool = HARMLESS_TOOL * weight;
-        let sticks = false_alarms::threshold(spec.false_alarms_per_hour, SAMPLES_PER_HOUR, ENDS);
+        let rules = Rules::of(machine);
+        let sticks = rules.limits.sticks;
         let joints: Vec<Vec<JointWatch>> = sensors
             .joints
             .iter()
@@ -121,7 +118,7 @@ impl SignalChecks {
             })
             .collect();
         Self {
-            rules: Rules::of(machine),
+            rules,
             last_ns: sensors.iter().map(|sensor| (sensor, None)).collect(),
             joints,
             force: VectorWatch::new(spec.specific_force_max, None)
@@ -332,6 +329,11 @@ impl SignalChecks {
         let payloads =
             numbers.filter(move |(sensor, freeze)| is_of_payload(sensor) && freeze.was_given());
         vectors.chain(payloads.map(|(_, freeze)| (freeze, Proof::Payload)))
+    }
+
+    /// Whether the last value of a signal of an actuator says nothing of its force, see [`Freeze::says_nothing`].
+    pub(super) fn is_nothing(&self, signal: usize) -> bool {
+        (self.actuators.get(signal)).is_some_and(|watch| watch.freeze().says_nothing())
     }
 
     /// The joints whose position is exactly zero.
