@@ -2,16 +2,19 @@
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
+use std::mem;
 use std::sync::Arc;
 
 use anyhow::anyhow;
 use arrow_array::ffi::{FFI_ArrowArray, FFI_ArrowSchema};
 use arrow_array::ffi_stream::FFI_ArrowArrayStream;
-use arrow_array::{Array, RecordBatch, RecordBatchIterator, new_empty_array};
+use arrow_array::{
+    Array, ArrayRef, RecordBatch, RecordBatchIterator, new_empty_array, new_null_array,
+};
 use arrow_ipc::reader::StreamReader;
 use arrow_ipc::writer::StreamWriter;
 use arrow_schema::{ArrowError, Field, Fields, Schema, SchemaRef};
-use arrow_select::concat::{concat, concat_batches};
+use arrow_select::concat::concat;
 use arrow_select::interleave::interleave_record_batch;
 use pyo3::exceptions::{PyImportError, PyIndexError, PyKeyError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -82,7 +85,10 @@ pub(crate) struct Chunks {
     /// The columns that are kept; all if `None`.
     columns: Option<Vec<String>>,
     whole: Vec<RecordBatch>,
-    open: Vec<RecordBatch>,
+    /// The columns of the blocks.
+    schema: Option<SchemaRef>,
+    /// Of each column, the pieces that are not joined yet.
+    open: Vec<Vec<ArrayRef>>,
     open_rows: usize,
 }
 
@@ -107,20 +113,46 @@ impl Chunks {
             let places = places.collect::<Result<Vec<_>, _>>();
             batch = batch.project(&places.map_err(Mistake)?)?;
         }
+        let schema = self.schema.get_or_insert_with(|| batch.schema());
+        if *schema != batch.schema() {
+            anyhow::bail!("expected blocks with the same columns, found others");
+        }
         self.open_rows += batch.num_rows();
-        self.open.push(batch);
+        self.open.resize_with(batch.num_columns(), Vec::new);
+        for (pieces, column) in self.open.iter_mut().zip(batch.columns()) {
+            pieces.push(Arc::clone(column));
+        }
         match self.open_rows >= ROWS_OF_A_CHUNK {
             true => self.close(),
             false => Ok(()),
         }
     }
 
+    /// Joins the open pieces, those of a column after the other: of all columns at once there would be two copies. Columns in which
+    /// nothing is known are one in memory.
     fn close(&mut self) -> anyhow::Result<()> {
-        if let Some(first) = self.open.first() {
-            self.whole
-                .push(concat_batches(&first.schema(), &self.open)?);
-        }
-        (self.open, self.open_rows) = (Vec::new(), 0);
+        let (open, rows) = (mem::take(&mut self.open), mem::take(&mut self.open_rows));
+        let Some(schema) = self.schema.as_ref().filter(|_| rows > 0) else {
+            return Ok(());
+        };
+        let mut unknown = HashMap::new();
+        let joined = open
+            .into_iter()
+            .zip(schema.fields())
+            .map(|(pieces, field)| {
+                let kind = field.data_type();
+                if pieces.iter().all(|piece| piece.null_count() == piece.len()) {
+                    let nulls = unknown.entry(kind.clone());
+                    return Ok(Arc::clone(
+                        nulls.or_insert_with(|| new_null_array(kind, rows)),
+                    ));
+                }
+                let pieces: Vec<&dyn Array> = pieces.iter().map(AsRef::as_ref).collect();
+                concat(&pieces)
+            });
+        let columns = joined.collect::<Result<Vec<ArrayRef>, ArrowError>>()?;
+        self.whole
+            .push(RecordBatch::try_new(Arc::clone(schema), columns)?);
         Ok(())
     }
 
@@ -130,9 +162,8 @@ impl Chunks {
     /// Blocks have not the same columns.
     pub(crate) fn finish(mut self) -> anyhow::Result<Table> {
         self.close()?;
-        let schema = self.whole.first().map(RecordBatch::schema);
         Ok(Table {
-            schema: schema.unwrap_or_else(|| Arc::new(Schema::empty())),
+            schema: self.schema.unwrap_or_else(|| Arc::new(Schema::empty())),
             batches: self.whole,
         })
     }

@@ -58,7 +58,7 @@ def test_events_and_summary_are_those_of_the_program(analysis):
 def test_files_are_those_of_the_program(tmp_path, machine):
     out = tmp_path / "results"
     seen = []
-    result = tw.analyze(DEMO / "demo.mcap", machine, out=out, precision=32, progress=seen.append)
+    result = tw.analyze(DEMO / "demo.mcap", machine, out=out, progress=seen.append)
     names = {path.name for path in result.files}
     assert {"samples.parquet", "events.parquet", "summary.json", "report.html", "derived.mcap"} <= names
     assert pl.DataFrame(result.samples).equals(pl.DataFrame(pq.read_table(out / "samples.parquet")))

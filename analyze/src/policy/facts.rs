@@ -56,7 +56,7 @@ pub struct LogFacts {
     /// Facts by wheel.
     pub wheels: Vec<WheelFacts>,
     /// Number of events by kind; `None` for events of the machine if no row is computable.
-    pub event_counts: BTreeMap<EventKind, Option<u64>>,
+    pub event_counts: EventCounts,
     /// Longest gap in a signal (s); 0 without an `input_gap`.
     pub longest_gap_s: f64,
     /// Number of lost byte ranges.
@@ -75,6 +75,32 @@ pub struct LogFacts {
     /// A fall that may have begun when the log ends. Absent from results of older versions.
     #[serde(default)]
     pub open_fall: Option<OpenFall>,
+}
+
+/// Number of events of each kind; `None` if it cannot be known. In a record it is a table by kind.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(
+    from = "BTreeMap<EventKind, Option<u64>>",
+    into = "BTreeMap<EventKind, Option<u64>>"
+)]
+pub struct EventCounts([Option<u64>; EventKind::ALL.len()]);
+
+impl EventCounts {
+    fn of(&self, kind: EventKind) -> Option<u64> {
+        self.0[kind as usize]
+    }
+}
+
+impl From<BTreeMap<EventKind, Option<u64>>> for EventCounts {
+    fn from(counts: BTreeMap<EventKind, Option<u64>>) -> Self {
+        Self(EventKind::ALL.map(|kind| counts.get(&kind).copied().flatten()))
+    }
+}
+
+impl From<EventCounts> for BTreeMap<EventKind, Option<u64>> {
+    fn from(counts: EventCounts) -> Self {
+        EventKind::ALL.map(|kind| (kind, counts.of(kind))).into()
+    }
 }
 
 /// A fall that may have begun when the log ends.
@@ -185,9 +211,7 @@ impl LogFacts {
             wheels: (0..analysis.machine.wheels().len())
                 .map(|wheel| wheel_facts(analysis, wheel))
                 .collect(),
-            event_counts: EventKind::ALL
-                .map(|kind| (kind, count(analysis, kind)))
-                .into(),
+            event_counts: EventCounts(EventKind::ALL.map(|kind| count(analysis, kind))),
             longest_gap_s: gaps.map(|event| event.worst).fold(0.0, f64::max),
             lost_ranges: losses.ranges.len() as u64,
             lost_bytes: losses.bytes_lost(),
@@ -213,7 +237,7 @@ impl LogFacts {
     /// Number of events of a kind; `None` if it cannot be known.
     #[must_use]
     pub fn events_of(&self, kind: EventKind) -> Option<u64> {
-        self.event_counts.get(&kind).copied().flatten()
+        self.event_counts.of(kind)
     }
 
     /// Whether there is an event of a kind.

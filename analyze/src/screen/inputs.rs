@@ -156,8 +156,8 @@ impl Found {
         let ending = first.extension().unwrap_or_default().to_string_lossy();
         let folder = first.parent().unwrap_or(first).display();
         Some(format!(
-            "{} tables or packed texts in folders were left out, because they need not be logs, the first {}: name them to include \
-             them, for example \"{folder}/*.{ending}\"",
+            "tables or packed texts in folders that were left out, because they need not be logs: {}, the first {}; name them to \
+             include them, for example \"{folder}/*.{ending}\"",
             self.left_out.len(),
             first.display()
         ))

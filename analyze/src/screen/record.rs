@@ -121,6 +121,13 @@ impl Record {
         self.clone()
     }
 
+    /// Forgets what no other part of a gathering needs once the tables are written.
+    pub(super) fn leave_to_the_tables(&mut self) {
+        if let Outcome::Analysed { facts, .. } = &mut self.result {
+            (facts.findings, facts.notes, facts.wheels) = Default::default();
+        }
+    }
+
     /// Name in the store. An analysed log has one name per content, version and path, so that its record
     /// is written once; a failed one has one name per path, so that the last attempt replaces the others.
     pub(super) fn key(&self) -> String {

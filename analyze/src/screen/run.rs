@@ -23,6 +23,7 @@ use super::store::{Before, Store};
 use super::totals::Totals;
 use super::{inputs, workers};
 use crate::base::files::remove_unfinished;
+use crate::base::number::count_of;
 
 /// Analyses the logs of a fleet. The workers call `notify`.
 ///
@@ -60,9 +61,9 @@ pub fn screen(
         let index = store.index()?;
         if !index.is_empty() {
             let text = format!(
-                "{}: expected an empty folder, found {} logs of an earlier run; use --resume to continue it",
+                "{}: expected an empty folder, found {} of an earlier run; use --resume to continue it",
                 request.out.display(),
-                index.len()
+                count_of(index.len(), "log")
             );
             return Err(io::Error::new(io::ErrorKind::AlreadyExists, text).into());
         }
