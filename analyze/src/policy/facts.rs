@@ -83,17 +83,20 @@ pub struct LogFacts {
     from = "BTreeMap<EventKind, Option<u64>>",
     into = "BTreeMap<EventKind, Option<u64>>"
 )]
-pub struct EventCounts([Option<u64>; EventKind::ALL.len()]);
+pub struct EventCounts([Option<u32>; EventKind::ALL.len()]);
 
 impl EventCounts {
     fn of(&self, kind: EventKind) -> Option<u64> {
-        self.0[kind as usize]
+        self.0[kind as usize].map(u64::from)
     }
 }
 
 impl From<BTreeMap<EventKind, Option<u64>>> for EventCounts {
     fn from(counts: BTreeMap<EventKind, Option<u64>>) -> Self {
-        Self(EventKind::ALL.map(|kind| counts.get(&kind).copied().flatten()))
+        Self(EventKind::ALL.map(|kind| {
+            let count = counts.get(&kind).copied().flatten()?;
+            Some(u32::try_from(count).unwrap_or(u32::MAX))
+        }))
     }
 }
 
@@ -137,7 +140,7 @@ record! {
         /// as in [Events](events.md)
         kind: EventKind,
         /// the wheel, edge or signal
-        subject: String,
+        subject: Shared<str>,
         /// start
         start_ns: i64 ["ns"],
         /// end; null if it lasts until the log ends
@@ -147,7 +150,7 @@ record! {
         /// the worst value
         worst: Option<f64> ["column unit"],
         /// unit of `worst`
-        unit: String,
+        unit: Shared<str>,
         /// time of the worst value
         worst_ns: i64 ["ns"],
         /// time from the onset of the first `wheel_light`
@@ -157,7 +160,7 @@ record! {
         /// whether another admissible split of the load would undo it
         split_dependent: Option<bool>,
         /// the cause that took most of the load
-        main_cause: Option<String>,
+        main_cause: Option<Shared<str>>,
         /// its share
         main_cause_percent: Option<f64> ["%"],
         /// probability that the finding is true under any split
@@ -171,7 +174,7 @@ record! {
         /// whether it rests on a rotation that ground that gave way explains as well
         is_open: Option<bool>,
         /// of an edge, another one that it may be about instead
-        other_edge: Option<String>,
+        other_edge: Option<Shared<str>>,
     }
 }
 
@@ -211,7 +214,8 @@ impl LogFacts {
             wheels: (0..analysis.machine.wheels().len())
                 .map(|wheel| wheel_facts(analysis, wheel))
                 .collect(),
-            event_counts: EventCounts(EventKind::ALL.map(|kind| count(analysis, kind))),
+            event_counts: BTreeMap::from(EventKind::ALL.map(|kind| (kind, count(analysis, kind))))
+                .into(),
             longest_gap_s: gaps.map(|event| event.worst).fold(0.0, f64::max),
             lost_ranges: losses.ranges.len() as u64,
             lost_bytes: losses.bytes_lost(),
@@ -311,7 +315,7 @@ pub fn event_facts(analysis: &Analysis) -> Vec<EventFacts> {
             .and_then(|causes| causes.shares.first());
         EventFacts {
             kind: event.kind,
-            subject: event.subject.clone(),
+            subject: event.subject.as_str().into(),
             start_ns: event.start_ns,
             end_ns: event.end_ns,
             // a measured rotation may last beyond the last row

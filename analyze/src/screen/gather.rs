@@ -16,7 +16,7 @@ use super::one_log::{add_unreadable, empty_record};
 use super::outliers::comparisons;
 use super::place::Place;
 use super::policy_result::{judge, write_policy};
-use super::record::{Outcome, REPORT_FILES, REPORTS, Record};
+use super::record::{Outcome, REPORT_FILES, REPORTS, Record, Records};
 use super::request::{Gate, Gathering, Screen, Update};
 use super::store::Store;
 use super::totals::Totals;
@@ -53,7 +53,7 @@ pub fn gather(
         let notes = named.notes().into_iter();
         notes.for_each(|note| notify(Update::Note(note)));
         for log in &named.logs {
-            let mut record = empty_record(log, &asked.options);
+            let mut record = Box::new(empty_record(log, &asked.options));
             if !done.contains(record.path.as_str()) {
                 record.result = Outcome::Failed {
                     kind: FailureKind::NoRecord,
@@ -116,12 +116,12 @@ pub(super) struct Finished {
 /// The records of logs that still exist or may do so, and of deleted ones unless they are pruned. Of a log that moved the record
 /// of its new path stays.
 pub(super) fn present(
-    records: Vec<Record>,
+    records: Records,
     presence: impl Fn(&str) -> Presence,
     prune: bool,
     store: &Store,
     notify: &(dyn Fn(Update<'_>) + Sync),
-) -> Result<Vec<Record>> {
+) -> Result<Records> {
     let ByPresence {
         mut kept,
         outdated,
@@ -132,7 +132,7 @@ pub(super) fn present(
     // also without `prune`: nothing is lost, and who gathers the records elsewhere cannot know it
     store.remove(&outdated)?;
     store.remove(&reassigned)?;
-    let note = |logs: &[Record], what: &str| {
+    let note = |logs: &[Box<Record>], what: &str| {
         if let Some(first) = logs.first() {
             let (count, first) = (logs.len(), &first.path);
             notify(Update::Note(format!(
@@ -168,13 +168,15 @@ pub(super) fn present(
 
 /// Builds everything from the records of different paths, sorted by path.
 pub(super) fn finish(
-    records: Vec<Record>,
+    records: Records,
     place: &Place,
     out: &Place,
     gate: Gate<'_>,
     notify: &(dyn Fn(Update<'_>) + Sync),
 ) -> Result<Finished> {
-    let reports: BTreeSet<String> = records.iter().filter_map(Record::report_folder).collect();
+    let reports: BTreeSet<String> = (records.iter())
+        .filter_map(|record| record.report_folder())
+        .collect();
     let failed: BTreeSet<String> = (records.iter().filter(|record| record.is_failed()))
         .map(|record| record.path.clone())
         .collect();

@@ -17,7 +17,7 @@ use super::inputs::Presence;
 use super::merge::{latest, merge};
 use super::one_log::{CurrentRun, Screened, Screening, add_unreadable};
 use super::place::Place;
-use super::record::{Outcome, Record};
+use super::record::{Outcome, Record, Records};
 use super::request::{Gate, Output, Request, Screen, Update};
 use super::store::{Before, Store};
 use super::totals::Totals;
@@ -106,7 +106,7 @@ pub fn screen(
     });
     let unaccepted_now = unaccepted_now.count();
     let analysed_now = all.len() - from_before - failed_now;
-    let mut now: Vec<Record> = all.into_iter().map(|log| log.record).collect();
+    let mut now: Records = all.into_iter().map(|log| Box::new(log.record)).collect();
     now.sort_by(|a, b| a.path.cmp(&b.path));
     let (totals, undecided, page) = if is_part {
         let rows = merge(now);
@@ -124,7 +124,8 @@ pub fn screen(
             true => Presence::Here,
             false => found.presence(path),
         };
-        let failed: BTreeMap<String, String> = now.iter().filter_map(failure).collect();
+        let failed: BTreeMap<String, String> =
+            now.iter().filter_map(|record| failure(record)).collect();
         let records = latest(records, now);
         let records = present(records, presence, request.prune, &screening.store, notify)?;
         note_hidden(&records, &failed, notify);
@@ -153,7 +154,7 @@ fn failure(record: &Record) -> Option<(String, String)> {
 
 /// Says which logs failed in this run and keep an earlier result.
 fn note_hidden(
-    records: &[Record],
+    records: &[Box<Record>],
     failed: &BTreeMap<String, String>,
     notify: &(dyn Fn(Update<'_>) + Sync),
 ) {
