@@ -26,7 +26,8 @@ def test_sensors_come_on_one_clock(machine, analysis):
     assert abs(states["imu.specific_force_z"].mean() - machine.gravity) < 0.5
 
 
-def test_evaluate_of_the_sensors_has_the_loads_of_the_analysis(machine, analysis):
+def test_evaluate_of_the_sensors_has_the_loads_of_the_analysis(machine):
+    analysis = tw.analyze(DEMO / "demo.mcap", machine, precision=64)
     states, samples = pl.DataFrame(tw.read(DEMO / "demo.mcap", machine)), pl.DataFrame(analysis.samples)
     joints = lambda what: states.select(f"{name}.{what}" for name in machine.joints).to_numpy()
     imu = lambda what: states.select(f"imu.{what}_{axis}" for axis in "xyz").to_numpy()

@@ -443,7 +443,7 @@ def analyze(
         Bits of the computed numbers in samples and files: 32 are about seven digits.
     columns : str, or iterable of str, optional
         The columns that samples keep, in this order; all if not given. An hour with all of them takes
-        170 MB, twice as much with 64 bits. Files in ``out`` have all.
+        200 MB, almost twice as much with 64 bits. Files in ``out`` have all.
     progress : bool or callable
         True shows a bar on standard error (with tqdm or rich, if one of them is installed). A function is called some
         times a second with the number of bytes read so far.

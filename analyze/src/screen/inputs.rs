@@ -588,7 +588,7 @@ mod tests {
         // tables must be named
         let notes = find(&[at("a")], &at("out")).unwrap().notes();
         assert!(
-            notes.len() == 1 && notes[0].starts_with("3 tables") && notes[0].contains("a/*.csv"),
+            notes.len() == 1 && notes[0].contains(": 3, the first") && notes[0].contains("a/*.csv"),
             "{notes:?}"
         );
         assert_eq!(found(&folder, &["a/*.csv"]), ["a/9.csv"]);

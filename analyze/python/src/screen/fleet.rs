@@ -2,7 +2,7 @@
 
 use std::ffi::OsString;
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use anyhow::{Context, Result, anyhow};
@@ -102,7 +102,7 @@ impl Fleet {
 }
 
 /// A path, or a URL as text: a path object would not keep its two slashes.
-fn place<'py>(py: Python<'py>, place: &PathBuf) -> PyResult<Bound<'py, PyAny>> {
+fn place<'py>(py: Python<'py>, place: &Path) -> PyResult<Bound<'py, PyAny>> {
     match place.to_str() {
         Some(url) if url.contains("://") => url.into_bound_py_any(py),
         _ => place.into_bound_py_any(py),
