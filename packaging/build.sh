@@ -2,7 +2,8 @@
 # Builds the packages: packaging/build.sh OUT [deb] [wheel] [sbom]; all without a choice.
 #
 #   OUT/tipwatch_VERSION_ARCH.deb     both programs, systemd units, manual pages, completions, library of C, bill of materials
-#   OUT/tipwatch-VERSION-*.whl        the Python module with both programs and the library of C (abi3: Python 3.11 and later)
+#   OUT/tipwatch-VERSION-*.whl        the Python module with both programs and the library of C (abi3: Python 3.11 and later);
+#                                     its build tag says which processor it needs, such as 1_x86_64_v3
 #   OUT/tipwatch.cdx.json             bill of materials: every crate with version, hash and licence (CycloneDX)
 #   OUT/THIRD-PARTY.txt               the texts of these licences; packages contain it
 #

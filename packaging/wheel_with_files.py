@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Adds programs, other files and licences to a wheel. pip installs the programs into the folder of the environment's programs, the
-other files into the environment's own folder."""
+other files into the environment's own folder. What the library was compiled for becomes the build tag of the wheel, such as
+1_x86_64_v3: the tags of platforms know no levels of x86-64."""
 
 import argparse
 import base64
@@ -8,6 +9,7 @@ import csv
 import hashlib
 import io
 import os
+import re
 import time
 import zipfile
 
@@ -26,6 +28,20 @@ def with_licences(metadata: bytes, names: list[str]) -> bytes:
     head, separator, body = metadata.decode().partition("\n\n")
     lines = [f"License-File: {name}" for name in names]
     return ("\n".join([head, *lines]) + separator + body).encode()
+
+
+def build_tag(files: dict[str, tuple[int, bytes]]) -> str | None:
+    """The build tag for what the library in a wheel was compiled for; None for one that runs on every processor."""
+    for name, (_, data) in files.items():
+        if name.endswith((".so", ".pyd")) and (level := re.search(rb"tipwatch-is-built-for:(x86-64-v[0-9]);", data)):
+            return f"1_{level[1].decode().replace('-', '_')}"
+    return None
+
+
+def tagged(wheel: str, tag: str) -> str:
+    """The name of a wheel without a build tag, with one: it stands behind the version."""
+    name, version, *tags = wheel.split("-")
+    return "-".join([name, version, tag, *tags])
 
 
 def main() -> None:
@@ -53,6 +69,11 @@ def main() -> None:
         files[f"{information}/licenses/{name}"] = (0o644, content(path))
     mode, metadata = files[f"{information}/METADATA"]
     files[f"{information}/METADATA"] = (mode, with_licences(metadata, licences))
+    name = os.path.basename(asked.wheel)
+    if tag := build_tag(files):
+        name = tagged(name, tag)
+        mode, wheel = files[f"{information}/WHEEL"]
+        files[f"{information}/WHEEL"] = (mode, wheel.rstrip(b"\n") + f"\nBuild: {tag}\n".encode())
     # RECORD lists every file but itself, and stands last
     del files[record]
     table = io.StringIO()
@@ -61,7 +82,7 @@ def main() -> None:
         rows.writerow([path, digest(data), len(data)])
     rows.writerow([record, "", ""])
     files[record] = (0o644, table.getvalue().encode())
-    path = os.path.join(asked.out, os.path.basename(asked.wheel))
+    path = os.path.join(asked.out, name)
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as new:
         for name, (mode, data) in files.items():
             info = zipfile.ZipInfo(name, moment)

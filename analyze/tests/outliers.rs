@@ -272,6 +272,24 @@ fn a_machine_that_fell_is_found_in_small_and_large_fleets() {
     }
 }
 
+/// One driver of three changed: the middle of the day's logs does not.
+#[test]
+fn a_shift_that_fell_is_found_among_those_that_did_not() {
+    let fleet = Fleet::new();
+    let mut logs = one_fell(20, 18, 13, 6);
+    for seed in [7, 8] {
+        let mut others = one_fell(20, 18, 18, seed);
+        logs.append(&mut others);
+    }
+    let (found, _) = fleet.gather(&logs);
+    let told = outliers(&found);
+    assert_eq!(told.len(), 1, "{told:?}");
+    assert_eq!(told[0]["machine"], "fw-02");
+    assert_eq!(told[0]["compared_with"], "history");
+    assert_eq!(told[0]["count"], 5);
+    assert!((told[0]["value"].as_f64().unwrap() - 0.35).abs() < 0.02);
+}
+
 #[test]
 fn fleets_without_outliers_stay_without_findings() {
     let fleet = Fleet::new();

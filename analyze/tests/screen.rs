@@ -552,6 +552,62 @@ fn a_fleet_file_assigns_machines_or_gives_the_reason() {
     );
 }
 
+/// One machine file of machines that are alike: each rule names its own.
+#[test]
+fn one_machine_file_of_several_machines_has_their_names() {
+    let (logs, out) = (TempDir::new().unwrap(), TempDir::new().unwrap());
+    let at = |name: &str| logs.path().join(name);
+    for folder in ["a", "b", "both"] {
+        fs::create_dir(at(folder)).unwrap();
+        fs::copy(data("tiny.mcap"), at(folder).join("log.mcap")).unwrap();
+        with_metadata(&at(folder).join("log.mcap"), folder);
+    }
+    let fleet = out.path().join("fleet.toml");
+    let file = data("tiny.toml");
+    let rule = |name: &str, path: &str| {
+        let file = text(&file);
+        format!("[[machine]]\nfile = '{file}'\nname = '{name}'\npath = '**/{path}/*'\n")
+    };
+    let rules = [
+        ("fw-01", "a"),
+        ("fw-02", "b"),
+        ("fw-01", "both"),
+        ("fw-02", "both"),
+    ];
+    let rules = rules.map(|(name, path)| rule(name, path)).concat();
+    fs::write(&fleet, rules).unwrap();
+    let result = out.path().join("result");
+    let (code, messages) = screen(
+        logs.path(),
+        &result,
+        &["--fleet", text(&fleet), "--reports", "all"],
+    );
+    assert_eq!(code, 1, "{messages}");
+    assert!(
+        messages.contains("tiny.toml (fw-01)") && messages.contains("tiny.toml (fw-02)"),
+        "{messages}"
+    );
+    let rows = ask(
+        &result,
+        "SELECT machine, report FROM logs WHERE status = 'analysed' ORDER BY path",
+    );
+    for (row, name) in [(0, "fw-01"), (1, "fw-02")] {
+        assert_eq!(rows[row]["machine"], name, "{rows}");
+        let report = result.join(rows[row]["report"].as_str().unwrap());
+        assert!(fs::read_to_string(report).unwrap().contains(name), "{rows}");
+    }
+    fs::write(&fleet, rule(" ", "a")).unwrap();
+    let (code, messages) = screen(
+        logs.path(),
+        &out.path().join("other"),
+        &["--fleet", text(&fleet)],
+    );
+    assert!(
+        code == 1 && messages.contains("expected a name"),
+        "{messages}"
+    );
+}
+
 /// Rewrites an MCAP file with a metadata record that names its vehicle.
 fn with_metadata(path: &Path, vehicle: &str) {
     let bytes = fs::read(path).unwrap();
@@ -773,6 +829,42 @@ fn files_of_older_versions_answer_too() {
         "SELECT count(*) AS logs, count(margin_any_split) AS known FROM logs WHERE status = 'analysed'",
     );
     assert_eq!(rows, serde_json::json!([{"logs": 6, "known": 3}]), "{name}");
+
+    // and one of a newer version has more: what this one knows of it stays
+    let mut newer = ParquetReader::new(File::open(&path).unwrap())
+        .finish()
+        .unwrap();
+    let column = newer.column("path").unwrap().clone();
+    newer
+        .with_column(column.with_name("what_comes_later".into()))
+        .unwrap();
+    ParquetWriter::new(File::create(out.join("logs/2099-01.parquet")).unwrap())
+        .finish(&mut newer)
+        .unwrap();
+    let rows = ask(
+        &out,
+        "SELECT count(*) AS logs, count(margin_any_split) AS known FROM logs WHERE status = 'analysed'",
+    );
+    assert_eq!(rows, serde_json::json!([{"logs": 9, "known": 6}]), "{name}");
+    let all = ask(&out, "SELECT * FROM logs");
+    assert_eq!(all.as_array().unwrap().len(), 10);
+    assert!(all[0].get("what_comes_later").is_none(), "{all}");
+}
+
+#[test]
+fn json_has_the_columns_in_the_order_of_the_query() {
+    let (logs, out) = (mixed_logs(), TempDir::new().unwrap());
+    let out = out.path().join("fleet");
+    let machine = data("tiny_lift.toml");
+    screen(logs.path(), &out, &["--machine", text(&machine)]);
+    let sql = "SELECT status, path, bytes FROM logs ORDER BY path LIMIT 1";
+    let asked = tipwatch(&["query", text(&out), sql, "--json"]);
+    let told = String::from_utf8(asked.stdout).unwrap();
+    let place = |name: &str| told.find(&format!("\"{name}\"")).unwrap();
+    assert!(
+        place("status") < place("path") && place("path") < place("bytes"),
+        "{told}"
+    );
 }
 
 #[test]
@@ -897,18 +989,18 @@ fn moved_logs_keep_one_row_and_deleted_ones_leave() {
     let (_, messages) = again(&[]);
     assert!(
         messages.contains("Total: 2 logs")
-            && messages.contains("1 logs no longer exist")
+            && messages.contains("logs that no longer exist and stay")
             && messages.contains("--prune"),
         "{messages}"
     );
     let (_, messages) = again(&["--prune"]);
     assert!(
-        messages.contains("Total: 1 logs") && messages.contains("were removed"),
+        messages.contains("Total: 1 log,") && messages.contains("were removed"),
         "{messages}"
     );
     let (_, messages) = again(&[]);
     assert!(
-        messages.contains("Total: 1 logs") && !messages.contains("no longer"),
+        messages.contains("Total: 1 log,") && !messages.contains("no longer"),
         "{messages}"
     );
 }
@@ -936,7 +1028,7 @@ fn a_deleted_log_of_a_manifest_fails_and_is_pruned() {
     assert_eq!(code, 1, "{messages}");
     assert!(
         messages.contains("failed: ")
-            && messages.contains("1 logs no longer exist and stay")
+            && messages.contains("logs that no longer exist and stay")
             && messages.contains(
                 "logs that failed in this run and keep their earlier result: 1, the first"
             )
@@ -948,13 +1040,13 @@ fn a_deleted_log_of_a_manifest_fails_and_is_pruned() {
     assert!(
         messages.contains("were removed")
             && !messages.contains("earlier result")
-            && messages.contains("Total: 1 logs, 0 failed"),
+            && messages.contains("Total: 1 log, 0 failed"),
         "{messages}"
     );
     fs::write(at("list.txt"), "kept.mcap\n").unwrap();
     let (code, messages) = again(&[]);
     assert_eq!(code, 0, "{messages}");
-    assert!(messages.contains("Total: 1 logs, 0 failed"), "{messages}");
+    assert!(messages.contains("Total: 1 log, 0 failed"), "{messages}");
 
     // all of them away is a medium that is not mounted
     fs::remove_file(at("kept.mcap")).unwrap();
@@ -1026,7 +1118,7 @@ fn a_folder_that_was_away_fails_only_while_it_is() {
     );
     let (_, messages) = again(&["--prune"]);
     assert!(
-        messages.contains("Total: 1 logs") && messages.contains("were removed"),
+        messages.contains("Total: 1 log,") && messages.contains("were removed"),
         "{messages}"
     );
 }
@@ -1046,7 +1138,7 @@ fn a_bag_whose_metadata_came_later_counts_once() {
     fs::write(bag.join("metadata.yaml"), metadata).unwrap();
     let (code, messages) = screen(logs.path(), &out, &args);
     assert_eq!(code, 0, "{messages}");
-    assert!(messages.contains("Total: 1 logs"), "{messages}");
+    assert!(messages.contains("Total: 1 log,"), "{messages}");
     let rows = ask(&out, "SELECT path FROM logs");
     assert!(
         rows[0]["path"].as_str().unwrap().ends_with("/bag"),
@@ -1205,7 +1297,7 @@ fn logs_whose_name_is_no_text_are_not_gone() {
     let args = ["--machine", text(&machine), "--resume", "--prune"];
     let (_, messages) = screen(logs.path(), &out, &args);
     assert!(
-        messages.contains("Total: 1 logs") && messages.contains("were removed"),
+        messages.contains("Total: 1 log,") && messages.contains("were removed"),
         "{messages}"
     );
 }

@@ -63,7 +63,7 @@ def arguments():
     add("--record-bytes", type=float, default=8e3, help="size of a record (bytes)")
     add("--findings-share", type=float, default=0.05, help="share of logs with a report")
     add("--gather-cpu-s", type=float, default=6e-5, help="processor time of gathering a log (s)")
-    add("--gather-memory-bytes", type=float, default=6e3, help="memory of gathering a log (bytes)")
+    add("--gather-memory-bytes", type=float, default=4.5e3, help="memory of gathering a log (bytes)")
     add("--gather-base-bytes", type=float, default=60e6, help="memory of gathering nothing (bytes)")
     add("--read-share", type=float, default=1.0, help="share of a log's bytes that is transferred")
     add("--read-requests", type=float, default=4.0, help="requests to read a log")

@@ -285,7 +285,7 @@ fn logs_outside_the_named_places_of_a_bucket_are_told_and_stay() {
     assert!(!told.contains("out of reach"), "{told}");
     let told = screen(&["s3://places/a"]);
     assert!(
-        told.contains("1 logs are out of reach") && told.contains("Total: 2 logs"),
+        told.contains("logs out of reach (in a folder that is not among those named, or is not there), which stay in the data set: 1, the first") && told.contains("Total: 2 logs"),
         "{told}"
     );
 }

@@ -2,20 +2,25 @@
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
+use std::mem;
+use std::ops::Range;
 use std::sync::Arc;
 
 use anyhow::anyhow;
 use arrow_array::ffi::{FFI_ArrowArray, FFI_ArrowSchema};
 use arrow_array::ffi_stream::FFI_ArrowArrayStream;
-use arrow_array::{Array, RecordBatch, RecordBatchIterator, new_empty_array};
+use arrow_array::{
+    Array, ArrayRef, RecordBatch, RecordBatchIterator, new_empty_array, new_null_array,
+};
 use arrow_ipc::reader::StreamReader;
 use arrow_ipc::writer::StreamWriter;
-use arrow_schema::{ArrowError, Field, Fields, Schema, SchemaRef};
-use arrow_select::concat::{concat, concat_batches};
+use arrow_schema::{ArrowError, DataType, Field, Fields, Schema, SchemaRef};
+use arrow_select::concat::concat;
 use arrow_select::interleave::interleave_record_batch;
 use pyo3::exceptions::{PyImportError, PyIndexError, PyKeyError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyCapsule, PyDict, PyIterator, PyList, PySlice};
+use tipwatch_analyze::base::scratch_file::ScratchFile;
 use tipwatch_analyze::tables::table;
 
 use crate::arrays::{array, numbers_of, object_of, text_of, view_of};
@@ -58,15 +63,35 @@ impl From<RecordBatch> for Table {
 
 /// Rows from which on blocks become one chunk: the log of an hour has six.
 const ROWS_OF_A_CHUNK: usize = 1 << 16;
+/// Rows from which on blocks are laid aside: of all columns of a machine some megabytes.
+const ROWS_LAID_ASIDE: usize = 1 << 13;
 
-/// The blocks of a table as they come, joined to chunks: readers that work chunk by chunk want few.
+/// The blocks of a table as they come, joined to chunks: readers that work chunk by chunk want few. Until the last one came they
+/// wait in a temporary file, because an analysis needs its memory as long.
 #[derive(Default)]
 pub(crate) struct Chunks {
     /// The columns that are kept; all if `None`.
     columns: Option<Vec<String>>,
-    whole: Vec<RecordBatch>,
-    open: Vec<RecordBatch>,
+    /// The columns of the blocks.
+    schema: Option<SchemaRef>,
+    waiting: Waiting,
+    /// Of each column, the pieces that are not joined yet.
+    open: Vec<Vec<ArrayRef>>,
     open_rows: usize,
+}
+
+/// Parts of a table in a file, column by column.
+#[derive(Default)]
+struct Waiting {
+    file: Option<ScratchFile>,
+    length: u64,
+    parts: Vec<Part>,
+}
+
+/// A part: its number of rows, and where its columns are; `None` for a column in which nothing is known.
+struct Part {
+    rows: usize,
+    columns: Vec<Option<Range<u64>>>,
 }
 
 impl Chunks {
@@ -81,7 +106,7 @@ impl Chunks {
     /// Takes the next block, which has the columns of those before.
     ///
     /// # Errors
-    /// It has other columns, or lacks one that is kept.
+    /// It has other columns, or lacks one that is kept, or no temporary file can be written.
     pub(crate) fn take(&mut self, block: &table::Table) -> anyhow::Result<()> {
         let mut batch = batch(block)?;
         if let Some(columns) = &self.columns {
@@ -90,35 +115,138 @@ impl Chunks {
             let places = places.collect::<Result<Vec<_>, _>>();
             batch = batch.project(&places.map_err(Mistake)?)?;
         }
+        let schema = self.schema.get_or_insert_with(|| batch.schema());
+        if *schema != batch.schema() {
+            anyhow::bail!("expected blocks with the same columns, found others");
+        }
         self.open_rows += batch.num_rows();
-        self.open.push(batch);
-        match self.open_rows >= ROWS_OF_A_CHUNK {
-            true => self.close(),
+        self.open.resize_with(batch.num_columns(), Vec::new);
+        for (pieces, column) in self.open.iter_mut().zip(batch.columns()) {
+            pieces.push(Arc::clone(column));
+        }
+        match self.open_rows >= ROWS_LAID_ASIDE {
+            true => self.lay_aside(&batch.schema()),
             false => Ok(()),
         }
     }
 
-    fn close(&mut self) -> anyhow::Result<()> {
-        if let Some(first) = self.open.first() {
-            self.whole
-                .push(concat_batches(&first.schema(), &self.open)?);
-        }
-        (self.open, self.open_rows) = (Vec::new(), 0);
+    fn lay_aside(&mut self, schema: &Schema) -> anyhow::Result<()> {
+        let (open, rows) = (mem::take(&mut self.open), mem::take(&mut self.open_rows));
+        let columns = open.into_iter().zip(schema.fields());
+        let columns = columns.map(|(pieces, field)| {
+            let column = joined(&pieces)?;
+            column
+                .map(|column| self.waiting.append(field, column))
+                .transpose()
+        });
+        let columns = columns.collect::<anyhow::Result<_>>()?;
+        self.waiting.parts.push(Part { rows, columns });
         Ok(())
     }
 
-    /// The table of all blocks; without a block it has no columns.
+    /// The table of all blocks; without a block it has no columns. What no longer needs its memory should have gone before.
     ///
     /// # Errors
-    /// Blocks have not the same columns.
-    pub(crate) fn finish(mut self) -> anyhow::Result<Table> {
-        self.close()?;
-        let schema = self.whole.first().map(RecordBatch::schema);
-        Ok(Table {
-            schema: schema.unwrap_or_else(|| Arc::new(Schema::empty())),
-            batches: self.whole,
-        })
+    /// The temporary file cannot be read.
+    pub(crate) fn finish(self) -> anyhow::Result<Table> {
+        let schema = self.schema.unwrap_or_else(|| Arc::new(Schema::empty()));
+        let mut batches = Vec::new();
+        let (mut open, mut open_rows) = (self.open, self.open_rows);
+        let parts = self.waiting.parts;
+        let of_chunk = ROWS_OF_A_CHUNK / ROWS_LAID_ASIDE;
+        let file = self.waiting.file;
+        for parts in parts.chunks(of_chunk) {
+            let is_last = parts.len() < of_chunk;
+            let mut rows = parts.iter().map(|part| part.rows).sum::<usize>();
+            let columns = (0..schema.fields().len()).map(|at| {
+                let kind = schema.field(at).data_type();
+                let pieces = parts
+                    .iter()
+                    .map(|part| part.column(at, kind, file.as_ref()));
+                let mut pieces = pieces.collect::<anyhow::Result<Vec<_>>>()?;
+                if is_last {
+                    pieces.extend(open.get_mut(at).map(mem::take).into_iter().flatten());
+                }
+                Ok(joined(&pieces)?)
+            });
+            let columns = columns.collect::<anyhow::Result<Vec<_>>>()?;
+            if is_last {
+                rows += mem::take(&mut open_rows);
+            }
+            batches.push(chunk(&schema, rows, columns)?);
+        }
+        if open_rows > 0 {
+            let columns = open.iter().map(|pieces| joined(pieces));
+            batches.push(chunk(
+                &schema,
+                open_rows,
+                columns.collect::<Result<_, _>>()?,
+            )?);
+        }
+        Ok(Table { schema, batches })
     }
+}
+
+/// Pieces of a column as one; `None` if nothing is known in them.
+fn joined(pieces: &[ArrayRef]) -> Result<Option<ArrayRef>, ArrowError> {
+    if pieces.iter().all(|piece| piece.null_count() == piece.len()) {
+        return Ok(None);
+    }
+    let pieces: Vec<&dyn Array> = pieces.iter().map(AsRef::as_ref).collect();
+    concat(&pieces).map(Some)
+}
+
+impl Waiting {
+    fn append(&mut self, column: &Field, values: ArrayRef) -> anyhow::Result<Range<u64>> {
+        let schema = Arc::new(Schema::new(vec![column.clone()]));
+        let written = Table::from(RecordBatch::try_new(schema, vec![values])?).written()?;
+        let file = match &mut self.file {
+            Some(file) => file,
+            None => self.file.insert(ScratchFile::new()?),
+        };
+        file.append(&written)?;
+        let from = self.length;
+        self.length += written.len() as u64;
+        Ok(from..self.length)
+    }
+}
+
+impl Part {
+    /// A column of this type again.
+    fn column(
+        &self,
+        at: usize,
+        kind: &DataType,
+        file: Option<&ScratchFile>,
+    ) -> anyhow::Result<ArrayRef> {
+        let (Some(place), Some(file)) = (&self.columns[at], file) else {
+            return Ok(new_null_array(kind, self.rows));
+        };
+        let mut bytes = vec![0; usize::try_from(place.end - place.start)?];
+        file.read_at(&mut bytes, place.start)?;
+        let table = Table::read(&bytes)?;
+        let batch = table.batches.first();
+        let batch = batch.ok_or_else(|| anyhow!("a temporary file is not as it was written"))?;
+        Ok(Arc::clone(batch.column(0)))
+    }
+}
+
+/// A chunk of these columns; those in which nothing is known are one in memory.
+fn chunk(
+    schema: &SchemaRef,
+    rows: usize,
+    columns: Vec<Option<ArrayRef>>,
+) -> anyhow::Result<RecordBatch> {
+    let mut unknown = HashMap::new();
+    let columns = columns.into_iter().zip(schema.fields());
+    let columns = columns.map(|(column, field)| {
+        column.unwrap_or_else(|| {
+            let kind = field.data_type();
+            let nulls = unknown.entry(kind.clone());
+            Arc::clone(nulls.or_insert_with(|| new_null_array(kind, rows)))
+        })
+    });
+    Ok(RecordBatch::try_new(Arc::clone(schema), columns.collect())?)
 }
 
 /// A block as a record batch.

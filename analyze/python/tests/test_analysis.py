@@ -58,12 +58,18 @@ def test_events_and_summary_are_those_of_the_program(analysis):
 def test_files_are_those_of_the_program(tmp_path, machine):
     out = tmp_path / "results"
     seen = []
-    result = tw.analyze(DEMO / "demo.mcap", machine, out=out, precision=32, progress=seen.append)
+    result = tw.analyze(DEMO / "demo.mcap", machine, out=out, progress=seen.append)
     names = {path.name for path in result.files}
     assert {"samples.parquet", "events.parquet", "summary.json", "report.html", "derived.mcap"} <= names
     assert pl.DataFrame(result.samples).equals(pl.DataFrame(pq.read_table(out / "samples.parquet")))
     assert json.loads((out / "summary.json").read_text())["findings"] == result.summary["findings"]
     assert seen and seen[-1] > 0
+
+
+def test_samples_of_many_rows_are_those_of_the_file(tmp_path, machine):
+    result = tw.analyze(DEMO / "demo.mcap", machine, out=tmp_path, rate=4000)
+    assert len(result.samples) > 70_000 and result.samples.to_arrow()["load_fl"].num_chunks == 2
+    assert pl.DataFrame(result.samples).equals(pl.DataFrame(pq.read_table(tmp_path / "samples.parquet")))
 
 
 def test_errors_are_those_of_the_program(tmp_path, machine):
@@ -210,8 +216,8 @@ def test_parts_of_a_table_in_chunks_are_not_copied(analysis):
 def test_a_column_is_a_series_and_an_array(analysis):
     for samples in (analysis.samples, in_chunks(analysis.samples, 500), analysis.samples[:0]):
         column, expected = samples["load_fl"], samples.to_polars()["load_fl"]
-        assert pl.Series("load_fl", column).equals(expected) and pl.Series(column).dtype == pl.Float64
-        assert pa.array(column).type == pa.chunked_array(column).type == pa.float64()
+        assert pl.Series("load_fl", column).equals(expected) and pl.Series(column).dtype == pl.Float32
+        assert pa.array(column).type == pa.chunked_array(column).type == pa.float32()
         assert pa.array(column).to_pylist() == expected.to_list()
 
 

@@ -26,7 +26,8 @@ def test_sensors_come_on_one_clock(machine, analysis):
     assert abs(states["imu.specific_force_z"].mean() - machine.gravity) < 0.5
 
 
-def test_evaluate_of_the_sensors_has_the_loads_of_the_analysis(machine, analysis):
+def test_evaluate_of_the_sensors_has_the_loads_of_the_analysis(machine):
+    analysis = tw.analyze(DEMO / "demo.mcap", machine, precision=64)
     states, samples = pl.DataFrame(tw.read(DEMO / "demo.mcap", machine)), pl.DataFrame(analysis.samples)
     joints = lambda what: states.select(f"{name}.{what}" for name in machine.joints).to_numpy()
     imu = lambda what: states.select(f"imu.{what}_{axis}" for axis in "xyz").to_numpy()
@@ -93,9 +94,9 @@ def test_a_fleet_tells_its_notes_and_is_opened_again(tmp_path):
     shutil.copy(DATA / "tiny.mcap", tmp_path / "logs")
     (tmp_path / "logs" / "weather.csv").write_text("time,wind\n0,1\n")
     asked = dict(machine=DATA / "tiny_lift.toml", out=tmp_path / "fleet", reports="none")
-    with pytest.warns(UserWarning, match="1 tables or packed texts in folders were left out"):
+    with pytest.warns(UserWarning, match="tables or packed texts in folders that were left out.*: 1, the first"):
         fleet = tw.screen(tmp_path / "logs", **asked)
-    assert len(fleet.notes) == 1 and "1 logs, 0 failed" in repr(fleet) and fleet.notes[0] in fleet._repr_html_()
+    assert len(fleet.notes) == 1 and "1 log, 0 failed" in repr(fleet) and fleet.notes[0] in fleet._repr_html_()
     assert pickle.loads(pickle.dumps(fleet)).notes == fleet.notes
     shutil.copy(DATA / "tiny_lift.mcap", tmp_path / "logs")
     (tmp_path / "logs" / "tiny.mcap").unlink()
@@ -104,6 +105,9 @@ def test_a_fleet_tells_its_notes_and_is_opened_again(tmp_path):
     assert [str(warning.message) for warning in told] == fleet.notes
     assert "(prune=True removes them)" in fleet.notes[1]
     again = tw.Fleet(tmp_path / "fleet")
+    assert again.out == fleet.out == tmp_path / "fleet"
+    compared = again.comparisons.to_polars()
+    assert compared.columns == again.query("SELECT * FROM comparisons").columns and "verdict" in compared.columns
     assert again.totals == fleet.totals and again.page == fleet.page and again.notes == []
     assert again.logs.to_polars().equals(fleet.logs.to_polars())
     assert pickle.loads(pickle.dumps(again)).totals == fleet.totals

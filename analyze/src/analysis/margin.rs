@@ -63,7 +63,7 @@ pub struct WorstMargin {
     /// Its standard deviation; `None` for models without it.
     pub sigma: Option<f64>,
     /// The wheel, in lower case.
-    pub wheel: String,
+    pub wheel: Shared<str>,
     /// Time (ns).
     pub time_ns: i64,
     /// OTF of the wheel at that time (N).
@@ -275,7 +275,7 @@ impl<'a> MarginPass<'a> {
         self.worst = Some(WorstMargin {
             margin,
             sigma: otf_sigma_n.map(|sigma| sigma / wheels.static_load[wheel]),
-            wheel: self.machine.wheels()[wheel].name.to_lowercase(),
+            wheel: self.machine.wheels()[wheel].name.to_lowercase().into(),
             time_ns: wheels.rows.times_ns[row],
             otf_n: wheels.least_otf(wheel, row),
             otf_sigma_n,

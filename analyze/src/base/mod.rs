@@ -17,7 +17,7 @@ pub(crate) mod progress;
 pub mod provenance;
 pub mod recovered;
 pub mod rows;
-pub(crate) mod scratch_file;
+pub mod scratch_file;
 pub mod shared;
 pub(crate) mod state_source;
 pub(crate) mod stderr;

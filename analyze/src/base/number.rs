@@ -84,7 +84,8 @@ pub(crate) fn with_unit(value: f64, unit: &str) -> String {
 }
 
 /// A number of things: "1 log", "2 logs".
-pub(crate) fn count_of(count: usize, one: &str) -> String {
+#[must_use]
+pub fn count_of(count: usize, one: &str) -> String {
     let plural = if count == 1 { "" } else { "s" };
     format!("{count} {one}{plural}")
 }

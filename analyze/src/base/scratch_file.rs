@@ -7,12 +7,14 @@ use std::path::{Path, PathBuf};
 
 /// The file.
 #[derive(Debug)]
-pub(crate) struct ScratchFile(File);
+pub struct ScratchFile(File);
 
 impl ScratchFile {
+    /// An empty file.
+    ///
     /// # Errors
     /// No file can be made.
-    pub(crate) fn new() -> io::Result<Self> {
+    pub fn new() -> io::Result<Self> {
         let folder = folder();
         let in_folder = |error: io::Error| {
             let message = format!(
@@ -24,9 +26,11 @@ impl ScratchFile {
         tempfile::tempfile_in(&folder).map(Self).map_err(in_folder)
     }
 
+    /// Writes bytes behind those that were appended before.
+    ///
     /// # Errors
     /// The file cannot be written.
-    pub(crate) fn append(&mut self, bytes: &[u8]) -> io::Result<()> {
+    pub fn append(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.0.write_all(bytes)
     }
 
@@ -34,7 +38,7 @@ impl ScratchFile {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub(crate) fn write_at(&self, bytes: &[u8], from: u64) -> io::Result<()> {
+    pub fn write_at(&self, bytes: &[u8], from: u64) -> io::Result<()> {
         write_at(&self.0, bytes, from)
     }
 
@@ -42,7 +46,7 @@ impl ScratchFile {
     ///
     /// # Errors
     /// The file cannot be read, or ends before.
-    pub(crate) fn read_at(&self, bytes: &mut [u8], from: u64) -> io::Result<()> {
+    pub fn read_at(&self, bytes: &mut [u8], from: u64) -> io::Result<()> {
         read_at(&self.0, bytes, from)
     }
 }

@@ -38,7 +38,7 @@ pub(super) fn run(args: &QueryArgs, terminal: Terminal) -> Result<Exit> {
         let lines: Vec<String> = answer.to_csv().collect();
         to_stdout(&format!("{}\n", lines.join("\n")))?;
     } else if args.json {
-        let rows: Vec<serde_json::Value> = answer.to_json().collect();
+        let rows: Vec<_> = answer.to_json().collect();
         to_stdout(&format!("{}\n", serde_json::to_string_pretty(&rows)?))?;
     } else {
         to_stdout(&answer.to_text(args.rows))?;

@@ -8,6 +8,7 @@ use clap::Args;
 use super::exit::{Exit, Terminal};
 use super::machine_file::InertiaArgs;
 use super::options::{AnalysisArgs, PolicyArgs};
+use crate::base::number::count_of;
 use crate::base::progress::LogCount;
 use crate::screen::{
     DEFAULT_ATTEMPTS, Fleet, Gate, Gathering, MOST_JOBS, Output, Reports, Request, Screen, Shard,
@@ -190,11 +191,11 @@ fn processors() -> usize {
 fn result_line(found: &Screen) -> String {
     let totals = &found.totals;
     let mut text = format!(
-        "{} analysed, {} failed, {} unchanged. Total: {} logs, {} failed, {} with findings, {} with losses",
+        "{} analysed, {} failed, {} unchanged. Total: {}, {} failed, {} with findings, {} with losses",
         found.analysed_now,
         found.failed_now,
         found.from_before,
-        totals.logs,
+        count_of(totals.logs, "log"),
         totals.failed,
         totals.with_findings,
         totals.with_losses

@@ -7,6 +7,7 @@ use clap::Args;
 
 use super::exit::{Exit, Terminal};
 use super::machine_file::InertiaArgs;
+use crate::base::number::count_of;
 use crate::base::options::Estimator;
 use crate::base::output_place::OutputPlace;
 use crate::base::stdout::to_stdout;
@@ -56,8 +57,8 @@ pub(super) fn run(args: &ValidateArgs, terminal: Terminal) -> Result<Exit> {
     let damaged = found.logs.iter().filter(|log| log.has_losses).count();
     if damaged > 0 {
         terminal.verdict(&format!(
-            "lost: data of {damaged} of {} logs was lost",
-            found.logs.len()
+            "lost: data of {damaged} of {} was lost",
+            count_of(found.logs.len(), "log")
         ));
     }
     Ok(Exit {

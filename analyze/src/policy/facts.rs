@@ -56,7 +56,7 @@ pub struct LogFacts {
     /// Facts by wheel.
     pub wheels: Vec<WheelFacts>,
     /// Number of events by kind; `None` for events of the machine if no row is computable.
-    pub event_counts: BTreeMap<EventKind, Option<u64>>,
+    pub event_counts: EventCounts,
     /// Longest gap in a signal (s); 0 without an `input_gap`.
     pub longest_gap_s: f64,
     /// Number of lost byte ranges.
@@ -75,6 +75,35 @@ pub struct LogFacts {
     /// A fall that may have begun when the log ends. Absent from results of older versions.
     #[serde(default)]
     pub open_fall: Option<OpenFall>,
+}
+
+/// Number of events of each kind; `None` if it cannot be known. In a record it is a table by kind.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(
+    from = "BTreeMap<EventKind, Option<u64>>",
+    into = "BTreeMap<EventKind, Option<u64>>"
+)]
+pub struct EventCounts([Option<u32>; EventKind::ALL.len()]);
+
+impl EventCounts {
+    fn of(&self, kind: EventKind) -> Option<u64> {
+        self.0[kind as usize].map(u64::from)
+    }
+}
+
+impl From<BTreeMap<EventKind, Option<u64>>> for EventCounts {
+    fn from(counts: BTreeMap<EventKind, Option<u64>>) -> Self {
+        Self(EventKind::ALL.map(|kind| {
+            let count = counts.get(&kind).copied().flatten()?;
+            Some(u32::try_from(count).unwrap_or(u32::MAX))
+        }))
+    }
+}
+
+impl From<EventCounts> for BTreeMap<EventKind, Option<u64>> {
+    fn from(counts: EventCounts) -> Self {
+        EventKind::ALL.map(|kind| (kind, counts.of(kind))).into()
+    }
 }
 
 /// A fall that may have begun when the log ends.
@@ -111,7 +140,7 @@ record! {
         /// as in [Events](events.md)
         kind: EventKind,
         /// the wheel, edge or signal
-        subject: String,
+        subject: Shared<str>,
         /// start
         start_ns: i64 ["ns"],
         /// end; null if it lasts until the log ends
@@ -121,7 +150,7 @@ record! {
         /// the worst value
         worst: Option<f64> ["column unit"],
         /// unit of `worst`
-        unit: String,
+        unit: Shared<str>,
         /// time of the worst value
         worst_ns: i64 ["ns"],
         /// time from the onset of the first `wheel_light`
@@ -131,7 +160,7 @@ record! {
         /// whether another admissible split of the load would undo it
         split_dependent: Option<bool>,
         /// the cause that took most of the load
-        main_cause: Option<String>,
+        main_cause: Option<Shared<str>>,
         /// its share
         main_cause_percent: Option<f64> ["%"],
         /// probability that the finding is true under any split
@@ -145,7 +174,7 @@ record! {
         /// whether it rests on a rotation that ground that gave way explains as well
         is_open: Option<bool>,
         /// of an edge, another one that it may be about instead
-        other_edge: Option<String>,
+        other_edge: Option<Shared<str>>,
     }
 }
 
@@ -185,8 +214,7 @@ impl LogFacts {
             wheels: (0..analysis.machine.wheels().len())
                 .map(|wheel| wheel_facts(analysis, wheel))
                 .collect(),
-            event_counts: EventKind::ALL
-                .map(|kind| (kind, count(analysis, kind)))
+            event_counts: BTreeMap::from(EventKind::ALL.map(|kind| (kind, count(analysis, kind))))
                 .into(),
             longest_gap_s: gaps.map(|event| event.worst).fold(0.0, f64::max),
             lost_ranges: losses.ranges.len() as u64,
@@ -213,7 +241,7 @@ impl LogFacts {
     /// Number of events of a kind; `None` if it cannot be known.
     #[must_use]
     pub fn events_of(&self, kind: EventKind) -> Option<u64> {
-        self.event_counts.get(&kind).copied().flatten()
+        self.event_counts.of(kind)
     }
 
     /// Whether there is an event of a kind.
@@ -287,7 +315,7 @@ pub fn event_facts(analysis: &Analysis) -> Vec<EventFacts> {
             .and_then(|causes| causes.shares.first());
         EventFacts {
             kind: event.kind,
-            subject: event.subject.clone(),
+            subject: event.subject.as_str().into(),
             start_ns: event.start_ns,
             end_ns: event.end_ns,
             // a measured rotation may last beyond the last row

@@ -253,7 +253,7 @@ impl Events {
                 || ends.any(|(at, _)| is_wheel(&name[..at]) && is_wheel(&name[at + 1..]))
         };
         let is_known = |subject: &&String| {
-            let is_seen = events.iter().any(|event| event.subject == **subject);
+            let is_seen = events.iter().any(|event| *event.subject == **subject);
             is_seen
                 || match self.kind {
                     EventKind::WheelLight | EventKind::WheelLift | EventKind::LiftNotExcluded => {
@@ -270,10 +270,11 @@ impl Events {
 
     fn counts(&self, event: &EventFacts) -> bool {
         let edges = || std::iter::once(&event.subject).chain(&event.other_edge);
+        let is_named = |edge: &str| self.subjects.iter().any(|subject| subject == edge);
         event.kind == self.kind
             && event.certainty.is_none_or(|p| p >= self.min_certainty)
             && event.duration_s >= self.min_duration_s
-            && (self.subjects.is_empty() || edges().any(|edge| self.subjects.contains(edge)))
+            && (self.subjects.is_empty() || edges().any(|edge| is_named(edge)))
             && !(self.ignore_split_dependent && event.split_dependent == Some(true))
     }
 }

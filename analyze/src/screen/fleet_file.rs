@@ -16,10 +16,13 @@
 //! metadata = { record = "session", key = "vehicle", value = "FW-009*" }
 //! ```
 //!
+//! `name = "fw-07"` in a rule names the machine, for one machine file of several machines that are alike; without it the machine
+//! file names it.
+//!
 //! `type = "forwarder 8 t"` in a rule names the type of its machine, whose machines are compared with each
 //! other; without it machines with the same URDF are of one type.
 //!
-//! All conditions of a rule must hold. If rules of different machine files match one log, the log fails,
+//! All conditions of a rule must hold. If rules of different machines match one log, the log fails,
 //! because a wrong machine gives plausible but wrong loads.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -48,6 +51,7 @@ struct FleetSpec {
 #[serde(deny_unknown_fields)]
 struct RuleSpec {
     file: PathBuf,
+    name: Option<String>,
     path: Option<String>,
     topic: Option<String>,
     metadata: Option<MetadataSpec>,
@@ -147,28 +151,36 @@ impl Fleet {
             default: None,
         };
         for (i, rule) in spec.machines.into_iter().enumerate() {
-            let machine = fleet.machine(&folder.join(&rule.file))?;
-            let checked = rule.check(machine);
+            let machine = fleet.machine(&folder.join(&rule.file), rule.name.as_deref());
+            let checked = machine.and_then(|machine| rule.check(machine));
             fleet
                 .rules
                 .push(checked.with_context(|| format!("{place}: machine {}", i + 1))?);
         }
         if let Some(file) = spec.default {
-            fleet.default = Some(fleet.machine(&folder.join(file))?);
+            fleet.default = Some(fleet.machine(&folder.join(file), None)?);
         }
         Ok(fleet)
     }
 
-    /// Index of a machine file; each is read once.
-    fn machine(&mut self, path: &Path) -> Result<usize> {
-        if let Some(known) = self
-            .machines
-            .iter()
-            .position(|machine| machine.path == path)
-        {
-            return Ok(known);
+    /// Index of the machine of a machine file with this name, else with that in the file.
+    fn machine(&mut self, path: &Path, name: Option<&str>) -> Result<usize> {
+        let mut machine = MachineFile::read(path)?;
+        if let Some(name) = name {
+            if name.trim().is_empty() {
+                bail!("name: expected a name, found \"{name}\"");
+            }
+            machine.spec.name = name.to_owned();
         }
-        self.machines.push(MachineFile::read(path)?);
+        let known = self.machines.iter();
+        let known = known.map(|known| (&known.path, &known.spec.name));
+        if let Some(known) = known
+            .enumerate()
+            .find(|(_, known)| *known == (&machine.path, &machine.spec.name))
+        {
+            return Ok(known.0);
+        }
+        self.machines.push(machine);
         Ok(self.machines.len() - 1)
     }
 
@@ -238,7 +250,10 @@ impl Fleet {
             files.extend(machine.dbc_files());
             files
         };
-        self.machines.iter().flat_map(of_machine).collect()
+        let mut files: Vec<PathBuf> = self.machines.iter().flat_map(of_machine).collect();
+        let mut known = BTreeSet::new();
+        files.retain(|file| known.insert(file.clone()));
+        files
     }
 
     /// The machine file of a log, which is opened if a rule needs its contents and it was not opened before.
@@ -273,8 +288,13 @@ impl Fleet {
                 log.display()
             ))),
             (several, _) => {
-                let name = |&m: &usize| self.machines[m].path.display().to_string();
-                let names: Vec<_> = several.iter().map(name).collect();
+                let file = |&m: &usize| self.machines[m].path.display().to_string();
+                let name = |m: &usize| format!("{} ({})", file(m), self.machines[*m].spec.name);
+                let files: BTreeSet<String> = several.iter().map(file).collect();
+                let names: Vec<String> = match files.len() < several.len() {
+                    true => several.iter().map(name).collect(),
+                    false => several.iter().map(file).collect(),
+                };
                 Err(FailureKind::Machine.error(format!(
                     "{}: expected one machine, found matching rules for {}",
                     log.display(),

@@ -16,7 +16,7 @@ use super::one_log::{add_unreadable, empty_record};
 use super::outliers::comparisons;
 use super::place::Place;
 use super::policy_result::{judge, write_policy};
-use super::record::{Outcome, REPORT_FILES, REPORTS, Record};
+use super::record::{Outcome, REPORT_FILES, REPORTS, Record, Records};
 use super::request::{Gate, Gathering, Screen, Update};
 use super::store::Store;
 use super::totals::Totals;
@@ -46,13 +46,14 @@ pub fn gather(
     let mut missing = Vec::new();
     let mut found = None;
     let (records, unusable) = store.load(&names)?;
+    drop(names);
     if !asked.logs.is_empty() {
         let done: BTreeSet<&str> = records.iter().map(|record| record.path.as_str()).collect();
         let named = found.insert(inputs::find(asked.logs, asked.out)?);
         let notes = named.notes().into_iter();
         notes.for_each(|note| notify(Update::Note(note)));
         for log in &named.logs {
-            let mut record = empty_record(log, &asked.options);
+            let mut record = Box::new(empty_record(log, &asked.options));
             if !done.contains(record.path.as_str()) {
                 record.result = Outcome::Failed {
                     kind: FailureKind::NoRecord,
@@ -115,12 +116,12 @@ pub(super) struct Finished {
 /// The records of logs that still exist or may do so, and of deleted ones unless they are pruned. Of a log that moved the record
 /// of its new path stays.
 pub(super) fn present(
-    records: Vec<Record>,
+    records: Records,
     presence: impl Fn(&str) -> Presence,
     prune: bool,
     store: &Store,
     notify: &(dyn Fn(Update<'_>) + Sync),
-) -> Result<Vec<Record>> {
+) -> Result<Records> {
     let ByPresence {
         mut kept,
         outdated,
@@ -131,34 +132,34 @@ pub(super) fn present(
     // also without `prune`: nothing is lost, and who gathers the records elsewhere cannot know it
     store.remove(&outdated)?;
     store.remove(&reassigned)?;
-    let note = |logs: &[Record], what: &str| {
+    let note = |logs: &[Box<Record>], what: &str| {
         if let Some(first) = logs.first() {
             let (count, first) = (logs.len(), &first.path);
             notify(Update::Note(format!(
-                "{count} logs {what}, the first {first}"
+                "logs {what}: {count}, the first {first}"
             )));
         }
     };
     note(
         &reassigned,
-        "are gone, and their content counts for another machine at the path that is left",
+        "that are gone, and whose content counts for another machine at the path that is left",
     );
     if prune {
         store.remove(&deleted)?;
         note(
             &deleted,
-            "no longer exist and were removed from the data set",
+            "that no longer exist and were removed from the data set",
         );
     } else {
         note(
             &deleted,
-            "no longer exist and stay in the data set (--prune removes them)",
+            "that no longer exist and stay in the data set (--prune removes them)",
         );
         kept.extend(deleted);
     }
     note(
         &out_of_reach,
-        "are out of reach (in a folder that is not among those named, or is not there) and stay in the data set",
+        "out of reach (in a folder that is not among those named, or is not there), which stay in the data set",
     );
     kept.extend(out_of_reach);
     kept.sort_by(|a, b| a.path.cmp(&b.path));
@@ -167,17 +168,19 @@ pub(super) fn present(
 
 /// Builds everything from the records of different paths, sorted by path.
 pub(super) fn finish(
-    records: Vec<Record>,
+    records: Records,
     place: &Place,
     out: &Place,
     gate: Gate<'_>,
     notify: &(dyn Fn(Update<'_>) + Sync),
 ) -> Result<Finished> {
-    let reports: BTreeSet<String> = records.iter().filter_map(Record::report_folder).collect();
+    let reports: BTreeSet<String> = (records.iter())
+        .filter_map(|record| record.report_folder())
+        .collect();
     let failed: BTreeSet<String> = (records.iter().filter(|record| record.is_failed()))
         .map(|record| record.path.clone())
         .collect();
-    let rows = merge(records);
+    let mut rows = merge(records);
     for record in rows.iter().map(|row| &row.record) {
         if let Outcome::Failed { reason, .. } = &record.result
             && !failed.contains(&record.path)
@@ -193,7 +196,7 @@ pub(super) fn finish(
     out.remove(TOTALS)?;
     let finished = match out.local() {
         Some(folder) => {
-            let (finished, totals) = build(&rows, folder, gate)?;
+            let (finished, totals) = build(&mut rows, folder, gate)?;
             copy_reports(&rows, place, out)?;
             remove_other_reports(&reports, folder);
             write_atomically(&folder.join(TOTALS), totals.as_bytes())?;
@@ -201,7 +204,7 @@ pub(super) fn finish(
         }
         None => {
             let folder = tempfile::tempdir().context("no temporary folder can be made")?;
-            let (finished, totals) = build(&rows, folder.path(), gate)?;
+            let (finished, totals) = build(&mut rows, folder.path(), gate)?;
             copy_reports(&rows, place, out)?;
             publish(folder.path(), out)?;
             out.put(TOTALS, totals.as_bytes())?;
@@ -212,12 +215,15 @@ pub(super) fn finish(
 }
 
 /// Builds data set and page in a local folder; returns the totals as text, which are written last.
-fn build(rows: &[LogRow], out: &Path, gate: Gate<'_>) -> Result<(Finished, String)> {
+fn build(rows: &mut [LogRow], out: &Path, gate: Gate<'_>) -> Result<(Finished, String)> {
     let judgements = gate.judge(rows);
     let totals = Totals::of(rows, &judgements, gate.min_valid);
     // one after the other: of a large fleet each takes a second, and a hundred megabytes beside the records
     data_set::write(rows, gate.min_valid, out)?;
     write_policy(rows, &judgements, gate.policy, gate.min_valid, out)?;
+    // what the tables alone tell is half of the records, and the page needs its memory
+    rows.par_iter_mut()
+        .for_each(|row| row.record.leave_to_the_tables());
     let compared = comparisons(rows, gate.min_valid);
     let html = page::render(rows, &judgements, &totals, &compared, gate.min_valid);
     data_set::write_comparisons(compared.into_iter().map(Into::into).collect(), out)?;

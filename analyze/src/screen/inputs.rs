@@ -156,8 +156,8 @@ impl Found {
         let ending = first.extension().unwrap_or_default().to_string_lossy();
         let folder = first.parent().unwrap_or(first).display();
         Some(format!(
-            "{} tables or packed texts in folders were left out, because they need not be logs, the first {}: name them to include \
-             them, for example \"{folder}/*.{ending}\"",
+            "tables or packed texts in folders that were left out, because they need not be logs: {}, the first {}; name them to \
+             include them, for example \"{folder}/*.{ending}\"",
             self.left_out.len(),
             first.display()
         ))
@@ -588,7 +588,7 @@ mod tests {
         // tables must be named
         let notes = find(&[at("a")], &at("out")).unwrap().notes();
         assert!(
-            notes.len() == 1 && notes[0].starts_with("3 tables") && notes[0].contains("a/*.csv"),
+            notes.len() == 1 && notes[0].contains(": 3, the first") && notes[0].contains("a/*.csv"),
             "{notes:?}"
         );
         assert_eq!(found(&folder, &["a/*.csv"]), ["a/9.csv"]);

@@ -5,20 +5,21 @@ use std::mem;
 
 use super::failure::FailureKind;
 use super::inputs::Presence;
-use super::record::{Outcome, Record, beginning};
+use super::record::{Outcome, Record, Records, beginning};
+use crate::base::shared::Shared;
 
 /// A log of the data set.
 #[derive(Debug, Clone)]
 pub(super) struct LogRow {
     /// Its record.
-    pub(super) record: Record,
+    pub(super) record: Box<Record>,
     /// Number of other paths with the same content.
     pub(super) copies: u64,
 }
 
 /// The record of each path, sorted by path: of the newest program, then the latest. The records in `now`
 /// are those of this run and replace all others of their paths.
-pub(super) fn latest(all: Vec<Record>, now: Vec<Record>) -> Vec<Record> {
+pub(super) fn latest(all: Records, now: Records) -> Records {
     let mut records = one_of_each_path(all, replaces);
     // another process may have analysed what this one could not
     let is_newer = |record: &Record, known: &Record| !record.is_failed() || replaces(record, known);
@@ -38,10 +39,7 @@ pub(super) fn latest(all: Vec<Record>, now: Vec<Record>) -> Vec<Record> {
 }
 
 /// One record of each path, sorted by path: a later one where it replaces those before it.
-fn one_of_each_path(
-    mut records: Vec<Record>,
-    replaces: impl Fn(&Record, &Record) -> bool,
-) -> Vec<Record> {
+fn one_of_each_path(mut records: Records, replaces: impl Fn(&Record, &Record) -> bool) -> Records {
     records.sort_by(|a, b| a.path.cmp(&b.path));
     records.dedup_by(|record, known| {
         let is_same = record.path == known.path;
@@ -78,23 +76,30 @@ fn replaces(record: &Record, known: &Record) -> bool {
 /// Rows of the records of different paths, sorted by path: one for each content and machine, of the newest program, then
 /// the first analysed one by path. Of a content that was analysed with several machines nobody knows which one is right:
 /// all of its rows fail.
-pub(super) fn merge(records: Vec<Record>) -> Vec<LogRow> {
+pub(super) fn merge(records: Records) -> Vec<LogRow> {
     let mut rows: Vec<LogRow> = Vec::with_capacity(records.len());
-    let mut rows_of: BTreeMap<String, Vec<usize>> = BTreeMap::new();
+    // the first row of each content, and others
+    let mut rows_of: BTreeMap<Shared<str>, (usize, Vec<usize>)> = BTreeMap::new();
     for record in records {
         let Some(id) = record.log_id.clone() else {
             rows.push(LogRow { record, copies: 0 });
             continue;
         };
-        let of_content = rows_of.entry(id).or_default();
-        let known = of_content
-            .iter()
-            .find(|&&row| is_of_same_machine(&rows[row].record, &record));
-        let Some(row) = known.map(|&row| &mut rows[row]) else {
-            of_content.push(rows.len());
+        let new = rows.len();
+        let (first, others) = rows_of.entry(id).or_insert_with(|| (new, Vec::new()));
+        let mut of_content = std::iter::once(*first).chain(others.iter().copied());
+        let is_known = |row: &usize| {
+            let row = rows.get(*row);
+            row.is_some_and(|row| is_of_same_machine(&row.record, &record))
+        };
+        let Some(known) = of_content.find(is_known) else {
+            if *first != new {
+                others.push(new);
+            }
             rows.push(LogRow { record, copies: 0 });
             continue;
         };
+        let row = &mut rows[known];
         row.copies += 1;
         let order = record.program().cmp(&row.record.program());
         let is_better = row.record.is_failed() && !record.is_failed();
@@ -102,8 +107,11 @@ pub(super) fn merge(records: Vec<Record>) -> Vec<LogRow> {
             row.record = record;
         }
     }
-    for of_content in rows_of.values().filter(|of_content| of_content.len() > 1) {
-        refuse_conflict(&mut rows, of_content);
+    for (first, mut of_content) in rows_of.into_values() {
+        if !of_content.is_empty() {
+            of_content.insert(0, first);
+            refuse_conflict(&mut rows, &of_content);
+        }
     }
     rows
 }
@@ -175,7 +183,7 @@ fn refuse_conflict(rows: &mut [LogRow], of_content: &[usize]) {
 }
 
 /// Sorts records by what became of their logs. Logs whose content is found under another path have moved.
-pub(super) fn by_presence(records: Vec<Record>, presence: impl Fn(&str) -> Presence) -> ByPresence {
+pub(super) fn by_presence(records: Records, presence: impl Fn(&str) -> Presence) -> ByPresence {
     let mut found = ByPresence::default();
     let mut missing = Vec::new();
     let mut contents = BTreeSet::new();
@@ -233,12 +241,12 @@ pub(super) fn by_presence(records: Vec<Record>, presence: impl Fn(&str) -> Prese
 /// Records by what became of their logs.
 #[derive(Default)]
 pub(super) struct ByPresence {
-    pub(super) kept: Vec<Record>,
+    pub(super) kept: Records,
     /// Their content is or was under another path since then, or their path is no longer that of a log.
-    pub(super) outdated: Vec<Record>,
+    pub(super) outdated: Records,
     /// Their content is under another path since then, and was analysed there with another machine.
-    pub(super) reassigned: Vec<Record>,
-    pub(super) deleted: Vec<Record>,
+    pub(super) reassigned: Records,
+    pub(super) deleted: Records,
     /// Nobody looked for these logs, or where they were is not there.
-    pub(super) out_of_reach: Vec<Record>,
+    pub(super) out_of_reach: Records,
 }

@@ -16,7 +16,8 @@ use super::failure::FailureKind;
 use super::fleet_file::Fleet;
 use super::place::Place;
 use super::record::{
-    MachineName, Outcome, RECORD_SCHEMA, REPORT_PAGE, REPORTS, Record, path_key, report_folder,
+    MachineName, Outcome, RECORD_SCHEMA, REPORT_PAGE, REPORTS, Record, Records, path_key,
+    report_folder,
 };
 use super::request::{Reports, Update};
 use super::store::{Before, Store, Unreadable};
@@ -142,7 +143,7 @@ impl Screening<'_> {
         attempt: &mut Option<Attempt>,
     ) -> Result<bool> {
         let (identity, mut opened) = identify(path)?;
-        record.log_id = Some(identity.id.clone());
+        record.log_id = Some(identity.id.as_str().into());
         record.bytes = Some(identity.bytes);
         let assigned = self.fleet.machine_of(path, &mut opened)?;
         let machine = assigned.machine;
@@ -274,9 +275,9 @@ pub(super) fn empty_record(path: &Path, options: &Options) -> Record {
 /// Adds a failed row for every record that cannot be read, in place of the log that nobody can name any more; of a log that another
 /// record tells of, old or new, there is a note instead.
 pub(super) fn add_unreadable(
-    new: &mut Vec<Record>,
+    new: &mut Records,
     unreadable: Vec<Unreadable>,
-    old: &[Record],
+    old: &[Box<Record>],
     options: &Options,
     notify: &(dyn Fn(Update<'_>) + Sync),
 ) {
@@ -293,7 +294,7 @@ pub(super) fn add_unreadable(
             kind: FailureKind::NoRecord,
             reason: format!("the record of a log cannot be read: {reason}"),
         };
-        new.push(failed);
+        new.push(Box::new(failed));
     }
 }
 

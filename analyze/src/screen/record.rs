@@ -23,7 +23,7 @@ pub(super) struct Record {
     /// Absolute path of the log.
     pub(super) path: String,
     /// SHA-256 of its content; `None` if it cannot be read.
-    pub(super) log_id: Option<String>,
+    pub(super) log_id: Option<Shared<str>>,
     /// Length of its files (bytes).
     pub(super) bytes: Option<u64>,
     /// The machine; `None` if unknown.
@@ -43,6 +43,10 @@ pub(super) struct Record {
     /// The result.
     pub(super) result: Outcome,
 }
+
+/// Records of many logs. A sort moves none of them, and no second list holds them themselves.
+#[allow(clippy::vec_box, reason = "see above")]
+pub(super) type Records = Vec<Box<Record>>;
 
 /// The machine that a log was analysed with.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -108,17 +112,30 @@ impl Record {
         let versions = self.analysis_version.iter_mut().chain(&mut self.sources);
         let texts = versions.chain([&mut self.tipwatch_version, &mut self.model]);
         texts.for_each(|text| common.texts.share(text));
-        if let Outcome::Analysed { facts, .. } = &mut self.result {
-            let worst = facts.worst.as_mut();
-            if let Some(moment) = worst.and_then(|worst| worst.moment.as_mut()) {
-                common.joints.share(&mut moment.joints);
+        if let Outcome::Analysed { facts, events, .. } = &mut self.result {
+            if let Some(worst) = &mut facts.worst {
+                common.texts.share(&mut worst.wheel);
+                if let Some(moment) = &mut worst.moment {
+                    common.joints.share(&mut moment.joints);
+                }
             }
             let wheels = facts.wheels.iter_mut().map(|wheel| &mut wheel.name);
-            let texts = facts.notes.iter_mut().chain(wheels);
+            let of_events = events.iter_mut().flat_map(|event| {
+                let optional = event.main_cause.iter_mut().chain(&mut event.other_edge);
+                optional.chain([&mut event.subject, &mut event.unit])
+            });
+            let texts = facts.notes.iter_mut().chain(wheels).chain(of_events);
             texts.for_each(|text| common.texts.share(text));
         }
         // a clone is as large as its content; shrinking would leave up to half of it unused
         self.clone()
+    }
+
+    /// Forgets what no other part of a gathering needs once the tables are written.
+    pub(super) fn leave_to_the_tables(&mut self) {
+        if let Outcome::Analysed { facts, .. } = &mut self.result {
+            (facts.findings, facts.notes, facts.wheels) = Default::default();
+        }
     }
 
     /// Name in the store. An analysed log has one name per content, version and path, so that its record

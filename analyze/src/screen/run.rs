@@ -17,12 +17,13 @@ use super::inputs::Presence;
 use super::merge::{latest, merge};
 use super::one_log::{CurrentRun, Screened, Screening, add_unreadable};
 use super::place::Place;
-use super::record::{Outcome, Record};
+use super::record::{Outcome, Record, Records};
 use super::request::{Gate, Output, Request, Screen, Update};
 use super::store::{Before, Store};
 use super::totals::Totals;
 use super::{inputs, workers};
 use crate::base::files::remove_unfinished;
+use crate::base::number::count_of;
 
 /// Analyses the logs of a fleet. The workers call `notify`.
 ///
@@ -60,9 +61,9 @@ pub fn screen(
         let index = store.index()?;
         if !index.is_empty() {
             let text = format!(
-                "{}: expected an empty folder, found {} logs of an earlier run; use --resume to continue it",
+                "{}: expected an empty folder, found {} of an earlier run; use --resume to continue it",
                 request.out.display(),
-                index.len()
+                count_of(index.len(), "log")
             );
             return Err(io::Error::new(io::ErrorKind::AlreadyExists, text).into());
         }
@@ -105,7 +106,7 @@ pub fn screen(
     });
     let unaccepted_now = unaccepted_now.count();
     let analysed_now = all.len() - from_before - failed_now;
-    let mut now: Vec<Record> = all.into_iter().map(|log| log.record).collect();
+    let mut now: Records = all.into_iter().map(|log| Box::new(log.record)).collect();
     now.sort_by(|a, b| a.path.cmp(&b.path));
     let (totals, undecided, page) = if is_part {
         let rows = merge(now);
@@ -123,7 +124,8 @@ pub fn screen(
             true => Presence::Here,
             false => found.presence(path),
         };
-        let failed: BTreeMap<String, String> = now.iter().filter_map(failure).collect();
+        let failed: BTreeMap<String, String> =
+            now.iter().filter_map(|record| failure(record)).collect();
         let records = latest(records, now);
         let records = present(records, presence, request.prune, &screening.store, notify)?;
         note_hidden(&records, &failed, notify);
@@ -152,7 +154,7 @@ fn failure(record: &Record) -> Option<(String, String)> {
 
 /// Says which logs failed in this run and keep an earlier result.
 fn note_hidden(
-    records: &[Record],
+    records: &[Box<Record>],
     failed: &BTreeMap<String, String>,
     notify: &(dyn Fn(Update<'_>) + Sync),
 ) {

@@ -10,8 +10,8 @@ use anyhow::Result;
 
 use super::place::Place;
 use super::record::{
-    Common, FAILED, OLDEST_SCHEMA, Outcome, RECORD_SCHEMA, REPORT_PAGE, Record, content_key,
-    path_key,
+    Common, FAILED, OLDEST_SCHEMA, Outcome, RECORD_SCHEMA, REPORT_PAGE, Record, Records,
+    content_key, path_key,
 };
 use crate::base::error_text::error_text;
 
@@ -98,7 +98,7 @@ impl Store {
     }
 
     /// Removes records, and the failures of their paths: the next run would find them alone.
-    pub(super) fn remove(&self, records: &[Record]) -> Result<()> {
+    pub(super) fn remove(&self, records: &[Box<Record>]) -> Result<()> {
         let keys = records.iter().flat_map(|record| {
             let failure = format!("{}{FAILED}", path_key(&record.path));
             [record.key(), failure]
@@ -177,10 +177,11 @@ impl Store {
     }
 
     /// All records of these objects, and those that are not valid.
-    pub(super) fn load(&self, names: &[String]) -> Result<(Vec<Record>, Vec<Unreadable>)> {
+    pub(super) fn load(&self, names: &[String]) -> Result<(Records, Vec<Unreadable>)> {
         let common = Common::default();
         let read = self.place.in_parallel(names, |name| {
-            Ok(self.read(name).map(|record| record.compact(&common)))
+            let read = self.read(name);
+            Ok(read.map(|record| Box::new(record.compact(&common))))
         })?;
         let mut unusable = Vec::new();
         // in place: the list is long

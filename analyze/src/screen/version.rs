@@ -22,6 +22,8 @@ struct Ingredients<'a> {
     summary_schema: u32,
     record_schema: u32,
     machine_file: &'a str,
+    /// Name of the machine: a fleet file may give it another one, and the report has it.
+    machine: &'a str,
     urdf: Option<String>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     dbc_files: Vec<String>,
@@ -47,6 +49,7 @@ pub(super) fn analysis_version(
         summary_schema: summary::SCHEMA,
         record_schema: RECORD_SCHEMA,
         machine_file: &machine_sha256(machine),
+        machine: &machine.spec.name,
         urdf: urdf.map(FileHash::identity),
         dbc_files: dbc_hashes(machine)?,
         options,
@@ -113,6 +116,7 @@ mod tests {
             summary_schema: 1,
             record_schema: 1,
             machine_file: "aa",
+            machine: "fw",
             urdf: None,
             dbc_files: Vec::new(),
             options: &Options::default(),

@@ -10,6 +10,7 @@ use polars::prelude::{
     UInt32Chunked, UInt64Chunked,
 };
 
+use crate::base::shared::Shared;
 use crate::events::EventKind;
 
 /// A column as its record declares it.
@@ -147,6 +148,22 @@ impl Field for String {
 }
 
 impl Field for Option<String> {
+    const TYPE: &'static str = "str";
+
+    fn column<'a>(name: &str, values: impl ExactSizeIterator<Item = &'a Self>) -> Column {
+        StringChunked::from_iter_options(name.into(), values.map(Option::as_deref)).into_column()
+    }
+}
+
+impl Field for Shared<str> {
+    const TYPE: &'static str = "str";
+
+    fn column<'a>(name: &str, values: impl ExactSizeIterator<Item = &'a Self>) -> Column {
+        StringChunked::from_iter_values(name.into(), values.map(|text| &**text)).into_column()
+    }
+}
+
+impl Field for Option<Shared<str>> {
     const TYPE: &'static str = "str";
 
     fn column<'a>(name: &str, values: impl ExactSizeIterator<Item = &'a Self>) -> Column {

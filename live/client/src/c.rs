@@ -386,7 +386,7 @@ mod tests {
                 assert!(!CStr::from_ptr(tipwatch_client_error(handle)).is_empty());
             }
         };
-        let [closed, other, never] = [closed, other, never].map(|handle| handle.addr());
+        let [closed, other, never] = [closed, other, never].map(<*mut Handle>::addr);
         let all = || {
             check(ptr::without_provenance_mut(closed), Kind::Closed);
             check(ptr::without_provenance_mut(never), Kind::Closed);

@@ -2,13 +2,14 @@
 
 use std::ffi::OsString;
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use anyhow::{Context, Result, anyhow};
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
+use tipwatch_analyze::base::number::count_of;
 use tipwatch_analyze::screen::{PAGE, Screen, Update, query, totals_of};
 
 use crate::call::error::{exception, in_python};
@@ -87,8 +88,8 @@ impl Fleet {
         let totals = serde_json::from_str(&self.totals).unwrap_or(serde_json::Value::Null);
         let count = |name: &str| totals[name].as_u64().unwrap_or(0);
         let mut text = format!(
-            "{} logs, {} failed, {} with findings",
-            count("logs"),
+            "{}, {} failed, {} with findings",
+            count_of(count("logs") as usize, "log"),
             count("failed"),
             count("with_findings")
         );
@@ -97,6 +98,14 @@ impl Fleet {
             let _ = write!(text, ", {} not decided", count("undecided"));
         }
         text
+    }
+}
+
+/// A path, or a URL as text: a path object would not keep its two slashes.
+fn place<'py>(py: Python<'py>, place: &Path) -> PyResult<Bound<'py, PyAny>> {
+    match place.to_str() {
+        Some(url) if url.contains("://") => url.into_bound_py_any(py),
+        _ => place.into_bound_py_any(py),
     }
 }
 
@@ -124,6 +133,12 @@ impl Fleet {
         })
     }
 
+    /// The folder of the data set, or its URL in a bucket.
+    #[getter]
+    fn out<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        place(py, &self.out)
+    }
+
     /// Pattern of the files with one row per log: ``polars.scan_parquet(fleet.logs_uri)``.
     #[getter]
     fn logs_uri(&self) -> String {
@@ -146,6 +161,12 @@ impl Fleet {
     #[getter]
     fn events(&self, py: Python<'_>) -> PyResult<Table> {
         self.query(py, "SELECT * FROM events")
+    }
+
+    /// How the machines compare with their own history and with their type.
+    #[getter]
+    fn comparisons(&self, py: Python<'_>) -> PyResult<Table> {
+        self.query(py, "SELECT * FROM comparisons")
     }
 
     /// The answer to a question in SQL over the tables ``logs``, ``events`` and ``comparisons``, as of ``tipwatch query``.
@@ -195,12 +216,7 @@ impl Fleet {
     /// The page (``fleet.html``): a path, or the URL in a bucket; None for one part of a fleet.
     #[getter]
     fn page<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let page = self.page.as_ref().map(|page| match page.to_str() {
-            // a path object would not keep the two slashes
-            Some(url) if url.contains("://") => url.into_bound_py_any(py),
-            _ => page.into_bound_py_any(py),
-        });
-        page.transpose()
+        self.page.as_ref().map(|page| place(py, page)).transpose()
     }
 
     /// For pickle: the data set stays in its folder.

@@ -47,7 +47,7 @@ def screen(
     task = parcel.open()
     known = task.records()
     if known and not resume:
-        text = f"{out}: expected an empty folder, found {known} logs of an earlier run; use resume=True to continue it"
+        text = f"{out}: expected an empty folder, found {known} log{'s' * (known != 1)} of an earlier run; use resume=True to continue it"
         raise error("exists", text)
     all_logs = task.logs(logs)
     done = 0

@@ -432,6 +432,7 @@ mod tests {
                 type_name: "std_msgs/msg/Float64".into(),
                 rate_hz: Some(50.0),
             }],
+            stops: Vec::new(),
         }
     }
 

@@ -141,7 +141,7 @@ fn rooms(pictures: &[(Node<'_, '_>, String)], width: f32, places: f32, tallest: 
     loop {
         let share = left / free.len().max(1) as f32;
         let is_low = |place: &usize| used(&pictures[*place].0, share) < share - 0.5;
-        let Some(at) = free.iter().position(|place| is_low(place)) else {
+        let Some(at) = free.iter().position(is_low) else {
             free.iter().for_each(|&place| rooms[place] = share);
             return rooms;
         };

@@ -28,7 +28,7 @@ pub(super) fn all_of(row: &LogRow) -> impl Iterator<Item = FleetEvent<'_>> {
     let of_log = || OfLog {
         machine: record.machine.as_ref().map(|machine| machine.name.clone()),
         day: record.day(),
-        log_id: record.log_id.clone(),
+        log_id: record.log_id.as_deref().map(str::to_owned),
         path: record.path.clone(),
     };
     events.iter().map(move |event| (of_log(), event))

@@ -188,7 +188,7 @@ impl FleetLog {
             machine: machine.map(|machine| machine.name.clone()),
             machine_type: machine.and_then(|machine| machine.kind.clone()),
             day: record.day(),
-            log_id: record.log_id.clone(),
+            log_id: record.log_id.as_deref().map(str::to_owned),
             path: record.path.clone(),
             copies: row.copies,
             bytes: record.bytes,
@@ -219,7 +219,7 @@ impl FleetLog {
             worst_margin: worst.map(|worst| worst.margin),
             worst_margin_sigma: worst.and_then(|worst| worst.sigma),
             margin_any_split: facts.and_then(|facts| facts.margin_any_split),
-            worst_wheel: worst.map(|worst| worst.wheel.clone()),
+            worst_wheel: worst.map(|worst| worst.wheel.to_string()),
             worst_ns: worst.map(|worst| worst.time_ns),
             worst_otf: worst.map(|worst| worst.otf_n),
             worst_otf_sigma: worst.and_then(|worst| worst.otf_sigma_n),
@@ -315,10 +315,11 @@ pub(in crate::screen) fn doubted(
 ) -> Vec<String> {
     let signals = events.iter().flat_map(|event| {
         let is_implausible = event.kind == EventKind::InputFault;
-        let own = is_implausible.then_some(&event.subject);
-        event.doubted_by.iter().flatten().chain(own)
+        let own = is_implausible.then_some(&*event.subject);
+        let others = event.doubted_by.iter().flatten();
+        others.map(String::as_str).chain(own)
     });
-    let mut doubted: Vec<String> = signals.map(|signal| name(signal)).collect();
+    let mut doubted: Vec<String> = signals.map(name).collect();
     doubted.extend(facts.gross_inputs.iter().chain(&facts.doubts).cloned());
     if contradicts_margin(facts, events) {
         doubted.push("The worst margin is above zero, and what was found contradicts it".into());

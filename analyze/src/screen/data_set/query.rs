@@ -7,11 +7,12 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow};
 use polars::prelude::{
-    AnyValue, DataFrame, DataType, IntoSeries, LazyFrame, NewChunkedArray, PlRefPath, PolarsError,
-    ScanArgsParquet, SchemaRef, StringChunked, TimeUnit,
+    AnyValue, DataFrame, DataType, DslPlan, ExtraColumnsPolicy, IntoSeries, LazyFrame,
+    NewChunkedArray, PlRefPath, PolarsError, ScanArgsParquet, SchemaRef, StringChunked, TimeUnit,
 };
 use polars::sql::{SQLContext, extract_table_identifiers};
-use serde_json::{Map, Value};
+use serde::ser::{Serialize, SerializeMap, Serializer};
+use serde_json::Value;
 
 use super::event::FleetEvent;
 use super::log::FleetLog;
@@ -82,7 +83,8 @@ pub fn query(data_set: &Path, sql: &str) -> Result<Answer> {
     }
 }
 
-/// The table of some files. Columns that files of older versions lack are null there.
+/// The table of some files. Columns that files of older versions lack are null there, and those that newer versions add are left
+/// out.
 fn scan(name: &str, files: &[PathBuf]) -> Result<LazyFrame> {
     let empty = match name {
         "logs" => FleetLog::frame([].iter())?,
@@ -103,10 +105,15 @@ fn scan(name: &str, files: &[PathBuf]) -> Result<LazyFrame> {
         allow_missing_columns: true,
         ..ScanArgsParquet::default()
     };
-    Ok(LazyFrame::scan_parquet_files(
-        paths.into_iter().collect(),
-        asked,
-    )?)
+    let mut table = LazyFrame::scan_parquet_files(paths.into_iter().collect(), asked)?;
+    // the arguments have no word for it
+    if let DslPlan::Scan {
+        unified_scan_args, ..
+    } = &mut table.logical_plan
+    {
+        unified_scan_args.extra_columns_policy = ExtraColumnsPolicy::Ignore;
+    }
+    Ok(table)
 }
 
 fn fetch(place: &Place, keys: &[String], folder: &Path) -> Result<Vec<PathBuf>> {
@@ -185,12 +192,12 @@ impl Answer {
         columns.map(value).collect()
     }
 
-    /// As JSON: one object per row.
-    pub fn to_json(&self) -> impl Iterator<Item = Value> {
+    /// As JSON: one object per row, its keys in the order of the query.
+    pub fn to_json(&self) -> impl Iterator<Item = impl Serialize> {
         let names = self.columns();
         (0..self.rows()).map(move |row| {
             let pairs = names.iter().cloned().zip(self.row(row));
-            Value::Object(pairs.collect::<Map<_, _>>())
+            Object(pairs.collect())
         })
     }
 
@@ -265,6 +272,19 @@ impl Answer {
             .finish(&mut self.frame.clone())
             .with_context(failed)?;
         Ok(())
+    }
+}
+
+/// An object of JSON whose keys keep their order.
+struct Object(Vec<(String, Value)>);
+
+impl Serialize for Object {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut object = serializer.serialize_map(Some(self.0.len()))?;
+        for (key, value) in &self.0 {
+            object.serialize_entry(key, value)?;
+        }
+        object.end()
     }
 }
 

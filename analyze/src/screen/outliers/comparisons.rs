@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use strum::{EnumIter, IntoEnumIterator, IntoStaticStr};
 
 use super::statistics::{
-    Change, LEAST_SEGMENT, Sorted, discovery_rates, fall, least_chance, median, of_one_more,
+    Change, LEAST_SEGMENT, Sorted, discovery_rates, fall, least_chance, mean, median, of_one_more,
 };
 use crate::base::shared::Shared;
 use crate::screen::data_set::{FleetComparison, contradicts_margin, lifted};
@@ -289,14 +289,15 @@ fn days_of<'a>(logs: &[&'a Log<'a>]) -> Vec<Days<'a>> {
     days.into_iter().collect()
 }
 
-/// What logs say together: the median of their margins, but the share of all their time.
+/// What logs say together: the middle of their margins, but the share of all their time.
 fn together<'a>(
     quantity: Quantity,
+    middle: fn(&[f64]) -> Option<f64>,
     logs: impl Iterator<Item = &'a &'a Log<'a>> + Clone,
 ) -> Option<f64> {
     let known = logs.filter_map(|log| Some((log.duration_s, *log.values.get(&quantity)?)));
     match quantity {
-        Quantity::WorstMargin => median(&known.map(|(_, value)| value).collect::<Vec<_>>()),
+        Quantity::WorstMargin => middle(&known.map(|(_, value)| value).collect::<Vec<_>>()),
         Quantity::ExposedShare | Quantity::LiftedShare => {
             let (all_s, share_s) = known.fold((0.0, 0.0), |(all_s, share_s), (log_s, value)| {
                 (all_s + log_s, share_s + log_s * value)
@@ -341,7 +342,8 @@ fn with_history(machine: &str, days: &[Days<'_>], quantity: Quantity, needed: us
         Some(DayValue {
             day: *day,
             logs,
-            value: together(quantity, logs.iter())?,
+            // a median would not see one shift of several that changes
+            value: together(quantity, mean, logs.iter())?,
         })
     });
     let known: Vec<DayValue<'_>> = known.collect();
@@ -412,7 +414,10 @@ impl<'a> Typical<'a> {
         let machine = (logs.first()).and_then(|log| log.record.machine.as_ref());
         let values = Quantity::iter().map(|quantity| {
             let known = logs.iter().filter(|log| log.values.contains_key(&quantity));
-            (quantity, (known.count(), together(quantity, logs.iter())))
+            (
+                quantity,
+                (known.count(), together(quantity, median, logs.iter())),
+            )
         });
         let with_margin = |log: &&&Log<'_>| log.values.contains_key(&Quantity::WorstMargin);
         let sigmas: Option<Vec<f64>> = (logs.iter().filter(with_margin))

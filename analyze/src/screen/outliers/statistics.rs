@@ -5,6 +5,11 @@ pub(super) fn median(values: &[f64]) -> Option<f64> {
     Sorted::of(values.to_vec()).without(None).median()
 }
 
+/// The mean; `None` of nothing.
+pub(super) fn mean(values: &[f64]) -> Option<f64> {
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+}
+
 /// Values in order, of which each in turn is compared with all others.
 #[derive(Debug, Default)]
 pub(super) struct Sorted(Vec<f64>);

@@ -31,17 +31,18 @@ const MOST_POSTURES: usize = 5000;
 #[derive(Default)]
 struct Names {
     names: Vec<String>,
-    places: BTreeMap<String, usize>,
+    places: BTreeMap<String, u32>,
 }
 
 impl Names {
-    fn place(&mut self, name: &str) -> usize {
+    fn place(&mut self, name: &str) -> u32 {
         if let Some(place) = self.places.get(name) {
             return *place;
         }
+        let place = self.names.len() as u32;
         self.names.push(name.to_owned());
-        self.places.insert(name.to_owned(), self.names.len() - 1);
-        self.names.len() - 1
+        self.places.insert(name.to_owned(), place);
+        place
     }
 }
 
@@ -54,9 +55,10 @@ struct Machine {
     outliers: Vec<String>,
 }
 
-/// What the script reads: columns of the same length, one value a log, by path. `null` is unknown.
+/// What the script reads: columns of the same length, one value a log, by path. `null` is unknown. Of a large fleet the columns
+/// are the memory of the page: numbers have 32 bits.
 #[derive(Serialize, Default)]
-struct Data {
+struct Data<'a> {
     machines: Vec<Machine>,
     causes: Vec<String>,
     groups: Vec<&'static str>,
@@ -69,53 +71,53 @@ struct Data {
     texts: Vec<String>,
     contradicted: &'static str,
     certainties: Vec<String>,
-    machine: Vec<Option<usize>>,
+    machine: Vec<Option<u32>>,
     /// Days since 1970.
     day: Vec<Option<i32>>,
-    folder: Vec<usize>,
-    name: Vec<String>,
+    folder: Vec<u32>,
+    name: Vec<&'a str>,
     /// Digits of the report's folder; empty without a report.
     report: Vec<String>,
-    group: Vec<usize>,
-    rank: Vec<usize>,
+    group: Vec<u8>,
+    rank: Vec<u32>,
     /// How many logs behind the first of the rank cannot be told from it.
-    tied: Vec<usize>,
+    tied: Vec<u32>,
     /// Thousandths: margin and its standard deviation; hundredths: what it is at most by any split.
-    margin: Vec<Option<i64>>,
-    sigma: Vec<Option<i64>>,
-    any: Vec<Option<i64>>,
-    wheel: Vec<Option<usize>>,
+    margin: Vec<Option<i32>>,
+    sigma: Vec<Option<i32>>,
+    any: Vec<Option<i32>>,
+    wheel: Vec<Option<u32>>,
     /// Hundredths of a second.
     lifted: Vec<i64>,
     /// Ten thousandths: certainty of the finding, of the surest if there are several, to sort by.
-    sure: Vec<Option<i64>>,
+    sure: Vec<Option<i32>>,
     /// What to say of it.
-    certainty: Vec<Option<usize>>,
+    certainty: Vec<Option<u32>>,
     /// Seconds.
-    exposed: Vec<Option<i64>>,
-    computable: Vec<i64>,
+    exposed: Vec<Option<i32>>,
+    computable: Vec<i32>,
     /// Thousandths.
-    valid: Vec<Option<i64>>,
+    valid: Vec<Option<i32>>,
     /// Bits: 1 if the log decides nothing beside what was found, 2 if that contradicts the margin.
     marks: Vec<u8>,
-    cause: Vec<Option<usize>>,
+    cause: Vec<Option<u8>>,
     /// Tenths of m/s, and degrees.
-    speed: Vec<Option<i64>>,
-    tilt: Vec<Option<i64>>,
+    speed: Vec<Option<i32>>,
+    tilt: Vec<Option<i32>>,
     /// Names of joints with their units, the joints of a machine in one text.
     joints: Vec<String>,
     /// Of the first of the ranking: which joints, and their positions (degrees or hundredths of a metre).
-    posture: Vec<Option<(usize, Vec<Option<i64>>)>>,
+    posture: Vec<Option<(u32, Vec<Option<i32>>)>>,
     /// A bit for each of the kinds of events.
-    events: Vec<u32>,
-    text: Vec<Option<usize>>,
+    events: Vec<u8>,
+    text: Vec<Option<u32>>,
 }
 
 /// Said of a margin above zero of a log in which a wheel lifted or the machine fell.
 const CONTRADICTED: &str = ": contradicted by the finding";
 
 /// The group of logs that could not be analysed, behind those of the ranking.
-const FAILED: usize = Group::ALL.len();
+const FAILED: u8 = Group::ALL.len() as u8;
 
 /// The section, and the program that works on it.
 pub(super) fn explorer(
@@ -231,13 +233,13 @@ fn main_cause(log: &super::seen::Seen<'_>) -> Option<usize> {
     (*most.1 > 0.0).then_some(most.0)
 }
 
-fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> Data {
+fn data<'a>(ranked: &[Ranked<'a>], failed: &[&'a Record], compared: &[Comparison]) -> Data<'a> {
     let (mut folders, mut wheels, mut texts) =
         (Names::default(), Names::default(), Names::default());
     let (mut machines, mut certainties) = (Names::default(), Names::default());
     let mut joints = Names::default();
     let mut kinds = BTreeMap::new();
-    let whole = |value: Option<f64>, scale: f64| value.map(|value| (value * scale).round() as i64);
+    let whole = |value: Option<f64>, scale: f64| value.map(|value| (value * scale).round() as i32);
     let mut data = Data {
         causes: EXPOSURE_CAUSES.map(readable).to_vec(),
         groups: Group::ALL.map(|(_, name)| name).to_vec(),
@@ -249,33 +251,34 @@ fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> D
         ..Data::default()
     };
     data.groups.push("could not be analysed");
-    let mut identity = |data: &mut Data, record: &Record, group: usize, rank: (usize, usize)| {
-        let (folder, name) = match record.path.rsplit_once('/') {
-            Some((folder, name)) => (folder, name),
-            None => ("", record.path.as_str()),
+    let mut identity =
+        |data: &mut Data<'a>, record: &'a Record, group: u8, rank: (usize, usize)| {
+            let (folder, name) = match record.path.rsplit_once('/') {
+                Some((folder, name)) => (folder, name),
+                None => ("", record.path.as_str()),
+            };
+            let machine = record.machine.as_ref().map(|machine| {
+                let place = machines.place(&machine.name);
+                kinds.insert(place, machine.kind.clone());
+                place
+            });
+            let report = record.report_folder();
+            let report = report.and_then(|folder| Some(folder.rsplit_once('/')?.1.to_owned()));
+            data.machine.push(machine);
+            data.day.push(record.day().map(|day| day.0));
+            data.folder.push(folders.place(folder));
+            data.name.push(name);
+            data.report.push(report.unwrap_or_default());
+            data.group.push(group);
+            data.rank.push(rank.0 as u32);
+            data.tied.push((rank.1 - rank.0) as u32);
         };
-        let machine = record.machine.as_ref().map(|machine| {
-            let place = machines.place(&machine.name);
-            kinds.insert(place, machine.kind.clone());
-            place
-        });
-        let report = record.report_folder();
-        let report = report.and_then(|folder| Some(folder.rsplit_once('/')?.1.to_owned()));
-        data.machine.push(machine);
-        data.day.push(record.day().map(|day| day.0));
-        data.folder.push(folders.place(folder));
-        data.name.push(name.to_owned());
-        data.report.push(report.unwrap_or_default());
-        data.group.push(group);
-        data.rank.push(rank.0);
-        data.tied.push(rank.1 - rank.0);
-    };
     // neighbours of one machine and day share most of their names, and pack well
     let mut by_path: Vec<(usize, &Ranked<'_>)> = ranked.iter().enumerate().collect();
     by_path.sort_by_key(|(_, log)| &log.log.record.path);
     for (place, log) in by_path {
         let (facts, events) = (log.log.facts, log.log.events);
-        identity(&mut data, log.log.record, log.group as usize, log.rank);
+        identity(&mut data, log.log.record, log.group as u8, log.rank);
         let worst = facts.worst.as_ref();
         let moment = worst.and_then(|worst| worst.moment.as_ref());
         let surest = surest_finding(log);
@@ -299,9 +302,10 @@ fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> D
             .push(u8::from(log.log.is_undecided) + 2 * u8::from(is_contradicted));
         data.exposed.push(whole(facts.exposure.exposed_s, 1.0));
         data.computable
-            .push(facts.coverage.computable_s.round() as i64);
+            .push(facts.coverage.computable_s.round() as i32);
         data.valid.push(whole(facts.coverage.valid_share, 1e3));
-        data.cause.push(main_cause(&log.log));
+        data.cause
+            .push(main_cause(&log.log).map(|cause| cause as u8));
         data.speed
             .push(whole(moment.and_then(|moment| moment.speed_m_s), 10.0));
         let tilt = moment.and_then(|moment| moment.tilt_rad);
@@ -367,7 +371,7 @@ fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> D
         .enumerate()
         .map(|(place, name)| Machine {
             name: name.clone(),
-            kind: kinds.get(&place).cloned().flatten(),
+            kind: kinds.get(&(place as u32)).cloned().flatten(),
             outliers: of_machine.remove(name.as_str()).unwrap_or_default(),
         })
         .collect();
@@ -380,7 +384,7 @@ fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> D
 }
 
 /// The posture of a machine; `None` of results of older versions, which do not say what is an angle.
-fn posture(moment: &Moment, joints: &mut Names) -> Option<(usize, Vec<Option<i64>>)> {
+fn posture(moment: &Moment, joints: &mut Names) -> Option<(u32, Vec<Option<i32>>)> {
     if moment.are_lengths.len() != moment.joints.len() {
         return None;
     }
@@ -396,7 +400,7 @@ fn posture(moment: &Moment, joints: &mut Names) -> Option<(usize, Vec<Option<i64
                 position.to_degrees()
             }
         });
-        scaled.map(|position| position.round() as i64)
+        scaled.map(|position| position.round() as i32)
     });
     Some((
         joints.place(&named.collect::<Vec<_>>().join("\n")),

@@ -35,7 +35,7 @@ pub(in crate::screen) fn render(
         })
     });
     let seen: Vec<Seen<'_>> = analysed.collect();
-    let records = rows.iter().map(|row| &row.record);
+    let records = rows.iter().map(|row| &*row.record);
     let failed: Vec<&Record> = records.filter(|record| record.is_failed()).collect();
     let (explored, program) = explorer(&ranked(&seen), &failed, compared);
     let sections = [
