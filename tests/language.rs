@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use proc_macro2::{TokenStream, TokenTree};
-use tipwatch_tests::data;
+use tipwatch_tests::{data, write_edited};
 
 /// Words that only English text has.
 const ENGLISH: [&str; 23] = [
@@ -130,10 +130,26 @@ fn english(text: &str) -> Vec<String> {
     text.lines().filter(is_english).map(str::to_owned).collect()
 }
 
+/// A line without what a reader copies into the machine file, which holds numbers as programs read them.
+fn prose(line: &str) -> String {
+    let (mut text, mut rest) = (String::new(), line);
+    while let Some((before, snippet)) = rest.split_once("scale = ") {
+        text += before;
+        rest = snippet.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.');
+    }
+    text += rest;
+    let offset = text.split_once("offset = {");
+    let around = offset.and_then(|(before, snippet)| Some((before, snippet.split_once('}')?.1)));
+    match around {
+        Some((before, after)) => format!("{before}{after}"),
+        None => text,
+    }
+}
+
 /// Lines with a number that has a point, but for that of a version.
 fn decimal_points(text: &str) -> Vec<String> {
     let has_point = |line: &&str| {
-        let three: Vec<char> = line.chars().collect();
+        let three: Vec<char> = prose(line).chars().collect();
         let is_number =
             |of: &[char]| of[0].is_ascii_digit() && of[1] == '.' && of[2].is_ascii_digit();
         !line.starts_with("tipwatch ") && three.windows(3).any(is_number)
@@ -146,6 +162,13 @@ fn english_words_are_found() {
     assert_eq!(
         decimal_points("1,5\n1.5 m\ntipwatch 0.1.0\nam 5."),
         ["1.5 m"]
+    );
+    let snippets = "mit scale = 1.25 oder scale = 0.5.\noffset = { \"/a\" = 0.01 }, 2,5 ms";
+    assert!(decimal_points(snippets).is_empty());
+    assert_eq!(decimal_points("scale = 1.25 auf 2.5 m").len(), 1);
+    assert_eq!(
+        decimal_points("offset = { \"/a\" = 0.01 }, 2.5 ms").len(),
+        1
     );
     assert_eq!(english("Rad HL\nthe wheel\n/of/the\n"), ["the wheel"]);
     let page = "<p>a</p><script>b</script><img alt=\"c\">d";
@@ -178,6 +201,33 @@ fn no_report_is_half_german() {
         let points = decimal_points(&page);
         assert!(points.is_empty(), "{log}: {points:#?}");
     }
+}
+
+/// A reader copies it into the machine file.
+#[test]
+fn scale_in_a_german_sentence_is_one_of_a_machine_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("edited.mcap");
+    write_edited(&data("tiny_lift.mcap"), &path, &mut |_, values| {
+        if values.topic == "/imu/data" {
+            for axis in ["x", "y", "z"] {
+                values.scale(&format!("force.{axis}"), 0.8);
+            }
+        }
+    });
+    let machine = data("tiny_lift.toml");
+    let (log, machine) = (path.to_str().unwrap(), machine.to_str().unwrap());
+    let page = german(&["tipwatch", "analyze", log, "--machine", machine], log);
+    let scales: Vec<f64> = (page.split("scale = ").skip(1))
+        .map(|behind| {
+            let number = behind.split_whitespace().next().unwrap();
+            let snippet: toml::Table = toml::from_str(&format!("scale = {number}")).unwrap();
+            snippet["scale"].as_float().unwrap()
+        })
+        .collect();
+    assert!(!scales.is_empty(), "{page}");
+    let is_right = |scale: &f64| (scale - 1.25).abs() < 0.05;
+    assert!(scales.iter().all(is_right), "{scales:?}");
 }
 
 /// Those who do not see a drawing or a figure are told what it shows: in both languages the same numbers, in other words.

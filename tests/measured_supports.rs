@@ -456,7 +456,7 @@ fn a_crane_is_asked_for_nothing_that_its_log_has() {
 fn events_of_an_outrigger_are_not_called_after_a_wheel() {
     let analysis = Crane::new(same, same).analysed();
     let page = report::render(&analysis);
-    assert!(page.contains("<td>support lift</td>") && page.contains("<td>support light</td>"));
+    assert!(page.contains("<td>support lift</td>"));
     assert!(!page.contains("<td>wheel lift") && !page.contains("<td>wheel light"));
     // the names that programs read stay
     assert!(

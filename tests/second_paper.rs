@@ -106,7 +106,7 @@ fn val_chamber_pressures_pin_the_warp() {
     let said = by_torque
         .notes
         .iter()
-        .find(|note| note.contains("measured_torques"));
+        .find(|note| note.contains("determined the load split"));
     assert!(said.is_some(), "{:?}", by_torque.notes);
     // the measured torques narrow the envelope, which still contains the true loads
     let width = |analysis: &Analysis| -> f64 {

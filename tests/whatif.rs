@@ -396,6 +396,9 @@ fn rows_as_supposed_follow_the_measured_forces() {
     for more_kg in [-200.0, 300.0] {
         let ([_, supposed], reply) = with(Some(more_kg), &[]);
         assert_eq!(recorded.digest.valid_rows, supposed.digest.valid_rows);
+        // no sensor showed what is supposed
+        let mut events = supposed.events.iter();
+        assert!(events.all(|event| event.measured_load_n.is_none()));
         let (answered, found) = (reply.otf_n.unwrap(), least(&supposed)[foot]);
         assert!(
             (answered - found).abs() < 0.002 * answered.abs(),

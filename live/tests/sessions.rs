@@ -347,7 +347,8 @@ fn producer_that_ends_its_session_while_samples_are_taken_is_not_lost() {
 // requirement: TW-RECORD-03
 #[test]
 fn samples_of_no_announced_session_are_counted() {
-    for is_announced in [false, true] {
+    // nor are late ones of the session before it
+    for (is_announced, is_late) in [(false, false), (true, false), (true, true)] {
         let world = World::new("unannounced");
         let node = world.join();
         let (LogSamples { session, .. }, wires) = samples("tiny");
@@ -363,6 +364,15 @@ fn samples_of_no_announced_session_are_counted() {
         }
         for wire in &wires[..3] {
             producer.send(&mut wire.clone()).unwrap();
+        }
+        if is_late {
+            drop(producer);
+            let other = session.id ^ 1;
+            let mut next = Producer::new(&node, other, session.machine_hash).unwrap();
+            let mut announced = WireSession::try_from(&session).unwrap();
+            next.announce(&mut announced).unwrap();
+            follower.look_for_session(&mut AnySession).unwrap();
+            assert_eq!(follower.active.take(), Some(other));
         }
         follower.take_samples(&mut AnySession).unwrap();
         assert_eq!(follower.unannounced(), if is_announced { 0 } else { 3 });

@@ -355,11 +355,13 @@ fn joint_that_still_repeats_itself_is_not_trusted() {
     let seen = feed.rows(20).pop().unwrap();
     assert!(doubts(&seen, slew));
     let mut sender: Sender<WireAcknowledge> = bench.node.sender(0, 0).unwrap();
-    let slew_alone = [slew].into_iter().collect();
+    let slew_alone: Proofs = [slew].into_iter().collect();
+    assert_eq!(feed.time.not_trusted(), Proofs::NONE);
     let mut message = WireAcknowledge::of_signals(&seen, slew_alone);
     sender.send_for(feed.hash, &mut message).unwrap();
     let rows = feed.rows(100);
-    // refused: it is not told as one that was taken
+    // it has arrived, is refused, and is not told as one that was taken
+    assert_eq!(feed.time.not_trusted(), slew_alone);
     assert!(rows.iter().all(|row| row.acknowledged_signals == 0));
     assert!(rows.iter().all(|row| doubts(row, slew)));
 }

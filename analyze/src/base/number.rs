@@ -9,12 +9,19 @@ pub(crate) fn known(value: f64) -> Option<f64> {
 
 /// A number with as many digits as a reader needs.
 pub(crate) fn number(value: f64) -> String {
+    match value.is_finite() {
+        true => decimals(in_english(value)),
+        false => word!("not computable").into(),
+    }
+}
+
+/// The same of a finite number with a point in every language: for text that programs read, too.
+pub(crate) fn in_english(value: f64) -> String {
     match value.abs() {
-        _ if !value.is_finite() => word!("not computable").to_string(),
         size if size >= 100.0 => format!("{value:.0}"),
-        size if size >= 1.0 => decimals(format!("{value:.1}")),
-        size if size < 0.0005 => "0".to_string(),
-        _ => decimals(format!("{value:.3}")),
+        size if size >= 1.0 => format!("{value:.1}"),
+        size if size < 0.0005 => "0".into(),
+        _ => format!("{value:.3}"),
     }
 }
 

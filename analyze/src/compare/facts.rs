@@ -7,8 +7,8 @@ use tipwatch_language::{decimals, message, say, told, word};
 
 use super::side::{Side, SideEvent};
 use crate::base::number::{input_in_words, number, readable};
-use crate::events::Reply;
 use crate::events::support_words::edge_word;
+use crate::events::{EventKind, Reply};
 
 /// A figure of the whole log on both sides.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -136,8 +136,8 @@ const OF_WHEEL: [(&str, &str); 6] = [
 pub(super) fn facts(a: &Side, b: &Side, pairs: &[EventPair]) -> Vec<FactDifference> {
     let (mut on_a, mut on_b) = (numbers(a), numbers(b));
     let mut open = leave_open(&mut on_a, &mut on_b, pairs);
-    open.extend(leave_tipped(&mut on_a, pairs, |pair| pair.a.is_some()));
-    open.extend(leave_tipped(&mut on_b, pairs, |pair| pair.b.is_some()));
+    open.extend(leave_tipped(&mut on_a, a));
+    open.extend(leave_tipped(&mut on_b, b));
     let names: std::collections::BTreeSet<_> = on_a.keys().chain(on_b.keys()).collect();
     let mut facts: Vec<FactDifference> = names
         .into_iter()
@@ -196,17 +196,18 @@ fn leave_open(
     open
 }
 
-/// Makes the least OTF unknown of a wheel that leaves the ground on this side while that is above zero, and says why, by the name
-/// of the figure: held to the ground, all wheels share what the tipping machine carries on others.
-fn leave_tipped(
-    on_side: &mut Numbers,
-    pairs: &[EventPair],
-    is_here: impl Fn(&EventPair) -> bool,
-) -> BTreeMap<String, &'static str> {
+/// Makes the least OTF unknown of a wheel that leaves the ground on this side as the machine tips, while that is above zero, and
+/// says why, by the name of the figure: held to the ground, all wheels share what the tipping machine carries on others.
+fn leave_tipped(on_side: &mut Numbers, side: &Side) -> BTreeMap<String, &'static str> {
     let mut tipped = BTreeMap::new();
-    let lifts = pairs.iter().filter(|pair| pair.kind == "wheel_lift");
-    for pair in lifts.filter(|pair| is_here(pair)) {
-        let wheel = pair.subject.to_uppercase();
+    let facts = || side.events.iter().filter(|event| event.is_fact());
+    let tips = |event: &SideEvent| {
+        let kinds = [EventKind::EdgeTipping, EventKind::TipOver];
+        kinds.iter().any(|kind| kind.name() == event.kind)
+    };
+    let lifts = facts().filter(|event| event.kind == EventKind::WheelLift.name());
+    for lift in lifts.filter(|lift| facts().any(|event| tips(event) && overlap(lift, event))) {
+        let wheel = lift.subject.to_uppercase();
         let is_above = |value: &Option<f64>| value.is_some_and(|least| least > 0.0);
         let least = format!("{LEAST_OTF}, {wheel}");
         let own = on_side.get(&key("N", least.clone()));
@@ -292,7 +293,7 @@ fn numbers(side: &Side) -> Numbers {
     );
     // events of the machine are known only where loads are
     let mut counts: BTreeMap<&str, Option<f64>> = BTreeMap::new();
-    for kind in crate::events::EventKind::ALL {
+    for kind in EventKind::ALL {
         let is_known = is_computable || !kind.is_stability();
         counts.insert(kind.name(), is_known.then_some(0.0));
     }
@@ -349,9 +350,12 @@ pub(super) fn events(a: &Side, b: &Side) -> Vec<EventPair> {
 }
 
 fn is_same(a: &SideEvent, b: &SideEvent) -> bool {
+    a.kind == b.kind && a.subject == b.subject && overlap(a, b)
+}
+
+fn overlap(a: &SideEvent, b: &SideEvent) -> bool {
     let end = |event: &SideEvent| event.end_ns.unwrap_or(i64::MAX);
-    let overlap = a.start_ns <= end(b) && b.start_ns <= end(a);
-    a.kind == b.kind && a.subject == b.subject && overlap
+    a.start_ns <= end(b) && b.start_ns <= end(a)
 }
 
 /// Whether a side has rows in the time of an event, and fewer than one in ten is valid.
@@ -402,6 +406,28 @@ mod tests {
             columns: Vec::new(),
             events: spans_s.iter().map(event).collect(),
         }
+    }
+
+    /// A wheel's own OTF is hidden only by a lift that is a fact, as the machine tips.
+    #[test]
+    fn a_lift_hides_the_otf_of_its_wheel_only_as_the_machine_tips() {
+        let is_hidden = |kind: &str, tips_s: [i64; 2], certainty: f64| {
+            let mut of = side(&[[2, 4], tips_s]);
+            of.events[0].kind = "wheel_lift".into();
+            of.events[0].certainty = Some(certainty);
+            of.events[1].kind = kind.into();
+            of.events[1].subject = "left".into();
+            let name = format!("{LEAST_OTF}, RL");
+            let mut numbers = Numbers::from([(key("N", name.clone()), Some(100.0))]);
+            let why = leave_tipped(&mut numbers, &of);
+            assert_eq!(why.contains_key(&name), numbers[&key("N", name)].is_none());
+            !why.is_empty()
+        };
+        assert!(is_hidden("edge_tipping", [3, 5], 0.9));
+        assert!(is_hidden("tip_over", [3, 5], 0.9));
+        assert!(!is_hidden("edge_tipping", [3, 5], 0.3));
+        assert!(!is_hidden("edge_tipping", [6, 8], 0.9));
+        assert!(!is_hidden("wheel_light", [3, 5], 0.9));
     }
 
     /// What B has all along happens there, too, also where A has it twice.

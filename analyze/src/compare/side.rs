@@ -13,6 +13,7 @@ use crate::analysis::run::analyse;
 use crate::analysis::{Analysis, Coverage, Sources, Undecided};
 use crate::base::fetched::{Fetched, has_file};
 use crate::base::options::{Options, Precision};
+use crate::events::LEAST_OF_A_FACT;
 use crate::report;
 use crate::tables::summary::{self, Summary};
 use crate::tables::table::{Column, Table};
@@ -47,6 +48,13 @@ pub(super) struct SideEvent {
     pub(super) worst: Option<f64>,
     pub(super) unit: String,
     pub(super) certainty: Option<f64>,
+}
+
+impl SideEvent {
+    /// Whether it is more probable than not; one without a probability rests on what was measured.
+    pub(super) fn is_fact(&self) -> bool {
+        self.certainty.is_none_or(|p| p >= LEAST_OF_A_FACT)
+    }
 }
 
 /// A column of `samples.parquet`.

@@ -97,7 +97,10 @@ impl<'a> EventPass<'a> {
             open: None,
             waiting: VecDeque::new(),
             tippings: Vec::new(),
-            unloaded: UnloadedSupports::of(machine, measured),
+            unloaded: match table.is_supposed() {
+                true => UnloadedSupports::of_supposed(measured),
+                false => UnloadedSupports::of(machine, measured),
+            },
             events: Vec::new(),
             lowest: None,
         }

@@ -72,6 +72,16 @@ pub(super) struct UnloadedSupports<'a> {
 }
 
 impl<'a> UnloadedSupports<'a> {
+    /// None: of something supposed nothing was measured. Its forces are derived, and sensors beside the state show what was
+    /// recorded.
+    pub(super) fn of_supposed(measured: &'a MeasuredLoads) -> Self {
+        Self {
+            jacks: Vec::new(),
+            measured,
+            events: Vec::new(),
+        }
+    }
+
     /// Those of a machine on one set of supports.
     pub(super) fn of(machine: &Machine, measured: &'a MeasuredLoads) -> Self {
         let weight = machine.mass() * machine.gravity();
@@ -239,10 +249,11 @@ impl Jack {
         if let Some(ended) = self.ended(time_ns) {
             events.extend(ended);
         }
-        // by the rate at which the load fell, and within the time between the two samples
+        // by the rate at which the load fell, and anywhere in the time between the two samples: the start is stated as the later
+        // one, about which the root mean square of a uniform time is its length over the root of 3 (of 12 about its middle)
         let start_sigma_s = self.loaded.map(|(loaded_ns, load)| {
             let fall_s = time_ns.saturating_sub(loaded_ns) as f64 * 1e-9;
-            fall_s * (self.sigma / (load - force)).hypot(1.0 / 12.0_f64.sqrt())
+            fall_s * (self.sigma / (load - force)).hypot(1.0 / 3.0_f64.sqrt())
         });
         let found = self.open.get_or_insert(Unloaded {
             start_ns: time_ns,
@@ -348,6 +359,32 @@ fn alive_certainty(beyond: f64, sigma: f64, mean_load: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_start_is_as_uncertain_as_all_of_the_time_before_its_sample() {
+        let mut jack = Jack {
+            measured_by: Source::Sensor(0),
+            subject: "fl".into(),
+            sigma: 1.0,
+            mean_load: 30_000.0,
+            weight: 120_000.0,
+            least_ns: LEAST_NS,
+            loaded: Some((0, 30_000.0)),
+            before: None,
+            open: None,
+        };
+        let mut events = Vec::new();
+        jack.add(1_000_000_000, 0.0, f64::NAN, &mut events);
+        let open = jack.open.expect("a time without load");
+        assert_eq!(open.start_ns, 1_000_000_000);
+        // second moment of a uniform time about the end of its interval
+        let steps = 1000_u32;
+        let squares = (0..steps).map(|step| ((f64::from(step) + 0.5) / f64::from(steps)).powi(2));
+        let expected_s = (squares.sum::<f64>() / f64::from(steps)).sqrt();
+        let sigma_s = open.start_sigma_s.expect("a load before");
+        let off_s = (sigma_s - expected_s).abs();
+        assert!(off_s < 1e-5, "{sigma_s} {expected_s}");
+    }
 
     #[test]
     fn a_dead_sensor_takes_its_load_from_the_total() {

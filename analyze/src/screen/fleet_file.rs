@@ -170,7 +170,7 @@ impl Fleet {
             if name.trim().is_empty() {
                 bail!("name: expected a name, found \"{name}\"");
             }
-            machine.spec.name = name.to_owned();
+            machine = machine.named(name);
         }
         let known = self.machines.iter();
         let known = known.map(|known| (&known.path, &known.spec.name));

@@ -22,8 +22,10 @@ struct Ingredients<'a> {
     summary_schema: u32,
     record_schema: u32,
     machine_file: &'a str,
-    /// Name of the machine: a fleet file may give it another one, and the report has it.
-    machine: &'a str,
+    /// Name of the machine that a fleet file gives it, which the report has; absent if it is that in the machine file, by whose
+    /// hash it is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    machine: Option<&'a str>,
     urdf: Option<String>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     dbc_files: Vec<String>,
@@ -49,7 +51,7 @@ pub(super) fn analysis_version(
         summary_schema: summary::SCHEMA,
         record_schema: RECORD_SCHEMA,
         machine_file: &machine_sha256(machine),
-        machine: &machine.spec.name,
+        machine: machine.other_name(),
         urdf: urdf.map(FileHash::identity),
         dbc_files: dbc_hashes(machine)?,
         options,
@@ -116,13 +118,34 @@ mod tests {
             summary_schema: 1,
             record_schema: 1,
             machine_file: "aa",
-            machine: "fw",
+            machine: None,
             urdf: None,
             dbc_files: Vec::new(),
             options: &Options::default(),
             reading: None,
         };
         ingredients.version().unwrap()
+    }
+
+    #[test]
+    fn only_a_name_that_is_not_in_the_machine_file_is_part_of_the_version() {
+        let text = |machine| {
+            let ingredients = Ingredients {
+                tipwatch: "1.2.3",
+                sources: "aa",
+                summary_schema: 1,
+                record_schema: 1,
+                machine_file: "aa",
+                machine,
+                urdf: None,
+                dbc_files: Vec::new(),
+                options: &Options::default(),
+                reading: None,
+            };
+            serde_json::to_string(&ingredients).unwrap()
+        };
+        assert!(!text(None).contains("\"machine\""));
+        assert!(text(Some("one")).contains("\"machine\":\"one\""));
     }
 
     #[test]

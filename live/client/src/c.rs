@@ -51,7 +51,16 @@ struct Numbers {
 
 thread_local! {
     /// The clients of this thread, in which the ends of their services stay. One that is not closed stays open when the thread ends.
-    static CLIENTS: RefCell<BTreeMap<usize, ManuallyDrop<Opened>>> = const { RefCell::new(BTreeMap::new()) };
+    ///
+    /// Nothing is dropped when the thread ends: the main thread's would be before the handlers of `atexit` and the destructors of
+    /// C++, which may still close a client.
+    static CLIENTS: ManuallyDrop<RefCell<Clients>> = const { ManuallyDrop::new(RefCell::new(BTreeMap::new())) };
+}
+
+type Clients = BTreeMap<usize, ManuallyDrop<Opened>>;
+
+fn with_clients<R>(call: impl FnOnce(&mut Clients) -> R) -> R {
+    CLIENTS.with(|clients| call(&mut clients.borrow_mut()))
 }
 
 fn numbers() -> MutexGuard<'static, Numbers> {
@@ -67,7 +76,7 @@ fn opened(opened: Opened) -> *mut Handle {
         numbers.open.push(number);
         number
     };
-    CLIENTS.with_borrow_mut(|clients| clients.insert(number, ManuallyDrop::new(opened)));
+    with_clients(|clients| clients.insert(number, ManuallyDrop::new(opened)));
     ptr::without_provenance_mut(number)
 }
 
@@ -123,7 +132,14 @@ pub extern "C" fn tipwatch_client_close(client: *mut Handle) -> c_int {
     }
     let close = || {
         let number = client.addr();
-        let found = CLIENTS.with_borrow_mut(|clients| clients.remove(&number));
+        let found = with_clients(|clients| {
+            let found = clients.remove(&number);
+            if clients.is_empty() {
+                // frees its memory, which does not end with the thread
+                *clients = Clients::new();
+            }
+            found
+        });
         let found = found.ok_or_else(|| no_client(number))?;
         numbers().open.retain(|open| *open != number);
         drop(ManuallyDrop::into_inner(found));
@@ -137,7 +153,9 @@ pub extern "C" fn tipwatch_client_close(client: *mut Handle) -> c_int {
 pub extern "C" fn tipwatch_client_error(client: *const Handle) -> *const c_char {
     let said = caught(|| {
         let said = |opened: &ManuallyDrop<Opened>| opened.failure.as_ptr();
-        Ok(CLIENTS.with_borrow(|clients| clients.get(&client.addr()).map(said)))
+        Ok(with_clients(|clients| {
+            clients.get(&client.addr()).map(said)
+        }))
     });
     let other = c"expected an open client, and the thread that opened it";
     said.ok().flatten().unwrap_or(other.as_ptr())
@@ -237,7 +255,7 @@ fn with_client(
 ) -> c_int {
     let number = context.addr();
     let called = caught(|| {
-        CLIENTS.with_borrow_mut(|clients| {
+        with_clients(|clients| {
             let opened = clients.get_mut(&number).ok_or_else(|| no_client(number))?;
             Ok(called(opened, call))
         })

@@ -108,7 +108,8 @@ pub(super) fn run_record(args: &RecordArgs) -> Result<ExitCode> {
             counts.samples_unannounced
         );
     }
-    let found_nothing = counts.sessions == 0;
+    // what was refused was told then
+    let found_nothing = counts.sessions == 0 && counts.sessions_refused == 0;
     if found_nothing {
         eprintln!(
             "record: expected the announcement of a session in the services \"{}\", found none: nothing was recorded",

@@ -53,6 +53,7 @@ pub struct MonitorProgram<'a> {
     stays: bool,
     acknowledgements: Receiver<WireAcknowledge>,
     ignored_acknowledgements: u64,
+    not_trusted: Proofs,
     waiter: Waiter,
     outputs: Outputs<'a>,
     idle: Idle,
@@ -365,6 +366,7 @@ impl<'a> MonitorProgram<'a> {
             stays: options.running.stays,
             acknowledgements: node.receiver()?,
             ignored_acknowledgements: 0,
+            not_trusted: Proofs::NONE,
             waiter: Waiter::new::<WireSample>(node, options.running.wake)?,
             outputs: Outputs {
                 file,
@@ -406,6 +408,12 @@ impl<'a> MonitorProgram<'a> {
     #[must_use]
     pub fn ignored_acknowledgements(&self) -> u64 {
         self.ignored_acknowledgements
+    }
+
+    /// The signals that somebody has acknowledged, and that stayed doubted in spite of it.
+    #[must_use]
+    pub fn not_trusted(&self) -> Proofs {
+        self.not_trusted
     }
 
     /// Tells on stderr what the session that ends with the program has not shown.
@@ -477,7 +485,7 @@ impl<'a> MonitorProgram<'a> {
                     monitor.caution(InputFault::AlarmUnsaved);
                 }
                 monitor.tick(now_ns, &mut |verdict| cycle.publish(verdict));
-                tell_not_trusted(monitor);
+                self.not_trusted = self.not_trusted.with(tell_not_trusted(monitor));
                 self.counts = monitor.counts();
                 cycle.keep(monitor);
             }
@@ -524,8 +532,8 @@ fn tell_doubt(signal: &DoubtedSignal, stands: &Stands) {
     );
 }
 
-/// Tells which acknowledgements of signals were refused.
-fn tell_not_trusted(monitor: &mut Monitor) {
+/// Tells which acknowledgements of signals were refused, and returns them.
+fn tell_not_trusted(monitor: &mut Monitor) -> Proofs {
     let refused = monitor.take_not_trusted();
     for name in refused.names(monitor.machine()) {
         eprintln!(
@@ -533,6 +541,7 @@ fn tell_not_trusted(monitor: &mut Monitor) {
              repeats one value"
         );
     }
+    refused
 }
 
 /// Tells what a session that is over has not shown.

@@ -1,5 +1,7 @@
 //! Follows one session at a time: the part that monitor, control and recorder share.
 
+use std::collections::VecDeque;
+
 use anyhow::Result;
 
 use super::live_node::LiveNode;
@@ -49,13 +51,16 @@ pub trait SessionHost {
     fn take(&mut self, session: &mut Self::Session, sample: &WireSample) -> Result<Progress>;
 }
 
+/// Announced sessions that are remembered: samples of so many may still wait.
+const REMEMBERED: usize = 8;
+
 /// Reads samples, and follows the session that they belong to.
 #[derive(Debug)]
 pub struct SessionFollower<S> {
     reader: SampleReader,
     has_lost_producer: bool,
-    /// The last session that was announced, followed or not, and the number of samples of others while none was followed.
-    announced: Option<u64>,
+    /// The last sessions that were announced, followed or not, and the number of samples of others while none was followed.
+    announced: VecDeque<u64>,
     unannounced: u64,
     /// The session that is followed.
     pub active: Option<S>,
@@ -71,7 +76,7 @@ impl<S> SessionFollower<S> {
         Ok(Self {
             reader: SampleReader::new(node)?,
             has_lost_producer: false,
-            announced: None,
+            announced: VecDeque::with_capacity(REMEMBERED),
             unannounced: 0,
             active: None,
         })
@@ -98,7 +103,10 @@ impl<S> SessionFollower<S> {
         let Some(announced) = self.reader.announced()? else {
             return Ok(());
         };
-        self.announced = Some(announced.source);
+        if self.announced.len() == REMEMBERED {
+            self.announced.pop_front();
+        }
+        self.announced.push_back(announced.source);
         let begun = host.begin(&announced, self.active.as_ref());
         let begun = begun.and_then(|session| {
             self.reader.follow(&announced)?;
@@ -145,7 +153,7 @@ impl<S> SessionFollower<S> {
             Some(Err(foreign)) => {
                 // a session is announced before its first sample
                 self.look_for_session(host)?;
-                let is_of_none = self.active.is_none() && self.announced != Some(foreign.source);
+                let is_of_none = self.active.is_none() && !self.announced.contains(&foreign.source);
                 self.unannounced += u64::from(is_of_none && foreign.is_whole());
                 let active = self.active.as_mut();
                 active

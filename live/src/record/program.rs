@@ -117,12 +117,12 @@ impl SessionHost for Host<'_> {
         if !self.place.options.stays {
             return Err(error);
         }
-        eprintln!("record: a session was not recorded: {error:#}");
+        self.tell_refused(&error);
         Ok(())
     }
 
     fn reject(&mut self, _: &mut SessionRecorder, error: &anyhow::Error) {
-        eprintln!("record: a session was not recorded: {error:#}");
+        self.tell_refused(error);
     }
 
     fn take(&mut self, session: &mut SessionRecorder, sample: &WireSample) -> Result<Progress> {
@@ -131,6 +131,11 @@ impl SessionHost for Host<'_> {
 }
 
 impl Host<'_> {
+    fn tell_refused(&mut self, error: &anyhow::Error) {
+        self.total.sessions_refused += 1;
+        eprintln!("record: a session was not recorded: {error:#}");
+    }
+
     /// Ends the files of a session.
     fn close(&mut self, session: SessionRecorder) -> Result<()> {
         self.total.sessions += 1;

@@ -65,6 +65,8 @@ pub struct RecordCounts {
     pub samples_refused: u64,
     /// Sessions that were recorded.
     pub sessions: u64,
+    /// Sessions that were announced and could not be recorded.
+    pub sessions_refused: u64,
     /// Samples of sessions that nobody announced; they cannot be recorded.
     pub samples_unannounced: u64,
 }
@@ -90,6 +92,7 @@ impl RecordCounts {
         self.short_clips += other.short_clips;
         self.samples_refused += other.samples_refused;
         self.sessions += other.sessions;
+        self.sessions_refused += other.sessions_refused;
         self.samples_unannounced += other.samples_unannounced;
     }
 }

@@ -5,6 +5,8 @@
 #include <pthread.h>
 #include <signal.h>
 #include <stdio.h>
+#include <stdlib.h>
+#include <unistd.h>
 
 #include "tipwatch_client_library.h"
 
@@ -134,6 +136,18 @@ static int carries_messages(struct tipwatch_client *sender, struct tipwatch_clie
     return 0;
 }
 
+static struct tipwatch_client *last;
+
+/* Behind main, as a destructor of C++ does it. */
+static void close_last(void)
+{
+    int result = tipwatch_client_close(last);
+    if (result != 0) {
+        fprintf(stderr, "at exit: %d\n", result);
+        _exit(1);
+    }
+}
+
 int main(int count, char **arguments)
 {
     struct tipwatch_client *client, *other;
@@ -156,5 +170,7 @@ int main(int count, char **arguments)
     EXPECT(is_closed(client) == 0 && is_closed(other) == 0);
     other = tipwatch_client_open(TIPWATCH_CONTRACT, NULL, arguments[1], NULL, 0);
     EXPECT(other && other != client && is_closed(client) == 0 && tipwatch_client_close(other) == 0);
+    last = tipwatch_client_open(TIPWATCH_CONTRACT, NULL, arguments[1], NULL, 0);
+    EXPECT(last && atexit(close_last) == 0);
     return 0;
 }

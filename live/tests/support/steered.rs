@@ -14,6 +14,7 @@ use tipwatch_live::system::clock::monotonic_ns;
 use tipwatch_live::wire::opening::Untimed;
 use tipwatch_live::wire::session::Session;
 use tipwatch_live::wire::topics::WireVerdict;
+use tipwatch_mechanics::machine::Proofs;
 
 use super::World;
 use super::feed::{Time, machine};
@@ -75,6 +76,11 @@ impl Steered {
         let started = MonitorProgram::new(&self.node, self.file, self.urdf, self.clock, options);
         let started = started.unwrap().with_commissioning(self.commissioning);
         self.monitor = Some(Box::new(started));
+    }
+
+    /// What the monitor that runs was asked to trust, and does not.
+    pub fn not_trusted(&self) -> Proofs {
+        self.monitor.as_ref().unwrap().not_trusted()
     }
 
     pub fn stop_monitor(&mut self) {

@@ -1,7 +1,7 @@
 //! Inertias of a URDF that no body has: what is wrong, what is used instead, and by how much that can change a load.
 
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
-use tipwatch_language::{say, word};
+use tipwatch_language::{decimals, say, word};
 
 use super::inertia::{Inertia, ROUNDING_SHARE};
 
@@ -190,12 +190,12 @@ pub(super) fn figure(value: f64) -> String {
         return "0".into();
     }
     if !(1e-4..1e6).contains(&size) {
-        return format!("{value:.2e}");
+        return decimals(format!("{value:.2e}"));
     }
     let digits = (2.0 - size.log10().floor()).clamp(0.0, 6.0) as usize;
     let text = format!("{value:.digits$}");
     match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').into(),
+        true => decimals(text.trim_end_matches('0').trim_end_matches('.')),
         false => text,
     }
 }

@@ -134,11 +134,39 @@ fn with_commas(text: &str) -> String {
     letters.collect()
 }
 
-/// A value of a sentence: a number has the decimal mark of the language.
-fn localised(value: &str) -> Cow<'_, str> {
-    match value.trim().parse::<f64>() {
-        Ok(_) => with_commas(value).into(),
-        Err(_) => value.into(),
+/// The value of a placeholder, as [`say!`] makes it. A number has the decimal mark of the language, and is known by its
+/// type: a text stays as it is, which may be a name that looks like a number, or what a program reads.
+#[derive(Debug)]
+pub struct Value<'a, T: ?Sized>(pub &'a T);
+
+/// A type with a decimal mark.
+pub trait Number {}
+
+impl Number for f32 {}
+impl Number for f64 {}
+impl<T: Number + ?Sized> Number for &T {}
+
+/// The text of a number. It takes the value itself, so that a call finds it before that of [`OfAny`].
+pub trait OfNumber {
+    /// The text in the language of a sentence that is not English.
+    fn said(self, text: String) -> String;
+}
+
+impl<T: Number + ?Sized> OfNumber for Value<'_, T> {
+    fn said(self, text: String) -> String {
+        with_commas(&text)
+    }
+}
+
+/// The text of anything else.
+pub trait OfAny {
+    /// The text in the language of a sentence that is not English.
+    fn said(&self, text: String) -> String;
+}
+
+impl<T: ?Sized> OfAny for Value<'_, T> {
+    fn said(&self, text: String) -> String {
+        text
     }
 }
 
@@ -166,7 +194,7 @@ pub fn filled(english: &'static str, values: &[(&str, String)]) -> String {
                 // one name may stand twice, in two formats
                 let times = said.entry(key).or_default();
                 let (_, value) = of_name[(*times).min(of_name.len() - 1)];
-                text.push_str(&localised(value));
+                text.push_str(value);
                 *times += 1;
             }
         }
@@ -289,10 +317,22 @@ mod tests {
 
     #[test]
     fn numbers_have_the_decimal_mark_of_the_language() {
-        let values = [("0", "-1.25".to_owned()), ("1", "v1.2.3".to_owned())];
-        assert_eq!(filled("{0} m of {1}.", &values), "-1,25 m of v1.2.3.");
+        let number = -1.25;
+        assert_eq!(Value(&number).said("-1.25".into()), "-1,25");
+        assert_eq!(Value(&&number).said("-1.2".into()), "-1,2");
         assert_eq!(with_commas("t = 1.20 ± 0.3 s."), "t = 1,20 ± 0,3 s.");
         assert_eq!(decimals("1.5"), "1.5", "English");
+    }
+
+    /// A topic may be called so, and a machine file reads no comma.
+    #[test]
+    fn text_that_looks_like_a_number_stays_as_it_is() {
+        let name = String::from("1.2");
+        assert_eq!(Value(&name).said(name.clone()), "1.2");
+        assert_eq!(Value(name.as_str()).said(name.clone()), "1.2");
+        assert_eq!(Value(&name.as_str()).said(name.clone()), "1.2");
+        assert_eq!(filled("scale = {0}", &[("0", name)]), "scale = 1.2");
+        assert_eq!(Value(&3).said("3".into()), "3");
     }
 
     #[test]

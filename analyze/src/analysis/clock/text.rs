@@ -101,12 +101,15 @@ fn note(topic: &TopicOffset, reference: &str, pairs: &[PairOffset]) -> Option<St
         .collect();
     let done = match topic.applied {
         true => word!("corrected, as requested").to_owned(),
-        false => say!(
-            "not applied; to apply it use --apply-clock-offsets estimated, or in the machine file [clock] offset = \
-             {{ \"{}\" = {:.4} }}",
-            topic.topic,
-            topic.offset_s? + topic.stated_s.unwrap_or(0.0)
-        ),
+        false => {
+            // a text: as the machine file reads it
+            let offset = format!("{:.4}", topic.offset_s? + topic.stated_s.unwrap_or(0.0));
+            say!(
+                "not applied; to apply it use --apply-clock-offsets estimated, or in the machine file [clock] offset = \
+                 {{ \"{}\" = {offset} }}",
+                topic.topic
+            )
+        }
     };
     Some(say!(
         "{}{}: its stamps are {:.1} ms {direction} relative to {reference} (standard deviation {sigma_ms:.1} ms), from {}; {done}.",

@@ -4,6 +4,7 @@ use tipwatch_language::{message, say, told, word};
 use tipwatch_mechanics::machine::{ForceSource, SupportId};
 use tipwatch_mechanics::state::{NumberKind, Sensor};
 
+use super::proportion::digits;
 use super::windows::median;
 use super::{GrossInput, GrossInputKind};
 use crate::base::number::{percent, short};
@@ -197,8 +198,9 @@ fn unit_of(share: f64) -> String {
     match nearest.filter(|(_, newtons)| off(*newtons) < UNIT_WITHIN.ln()) {
         Some((unit, newtons)) => {
             say!(
-                "they look like {}: add scale = {newtons} to the bound fields",
-                told(unit)
+                "they look like {}: add scale = {} to the bound fields",
+                told(unit),
+                digits(newtons)
             )
         }
         None => {

@@ -61,7 +61,7 @@ pub(super) fn scale_hint(factor: f64, unit: Option<Unit>) -> String {
     }
 }
 
-/// A factor with the digits that a machine file needs.
+/// A factor with the digits that a machine file needs, in every language as that reads it.
 pub(super) fn digits(factor: f64) -> String {
     format!("{}", (factor * 1e7).round() / 1e7)
 }

@@ -38,11 +38,18 @@ pub(super) struct AxleStop {
     edge: String,
     /// The wheels, in words.
     wheels: Vec<String>,
-    /// Where its joint stops (rad).
-    limit_rad: f64,
+    /// Where its joint stops, least and most (rad).
+    limits_rad: [f64; 2],
 }
 
 impl AxleStop {
+    /// Whether a rotation of the platform, with its standard deviation (rad), is for certain more than the axle can swing,
+    /// wherever it stood and to whichever side it swings: the whole way between its stops.
+    fn is_passed(&self, rotation_rad: f64, sigma_rad: f64) -> bool {
+        let [least, most] = self.limits_rad;
+        rotation_rad - 2.0 * sigma_rad > most - least
+    }
+
     fn all(machine: &Machine) -> Vec<Self> {
         let edges = machine.polygon().edges().iter();
         let stops = edges.flat_map(|edge| {
@@ -51,14 +58,14 @@ impl AxleStop {
                 let JointCoupling::Measured(joint) = machine.bodies()[axle.body].coupling else {
                     return None;
                 };
-                let [least, most] = machine.joints()[joint].limits?;
+                let limits_rad = machine.joints()[joint].limits?;
                 let wheels = machine.wheels().iter().enumerate();
                 let off = wheels
                     .filter(|(wheel, _)| axle.supports_wheel[*wheel] && !edge.carries[*wheel]);
                 Some(Self {
                     edge: edge.name.clone(),
                     wheels: off.map(|(_, wheel)| SupportWord::named(wheel)).collect(),
-                    limit_rad: least.abs().max(most.abs()),
+                    limits_rad,
                 })
             })
         });
@@ -105,7 +112,7 @@ impl Scene {
         };
         let beyond = self.stops.iter().filter(|stop| {
             stop.edge.eq_ignore_ascii_case(&event.subject)
-                && rotation_rad - 2.0 * sigma_rad > stop.limit_rad
+                && stop.is_passed(rotation_rad, sigma_rad)
         });
         beyond.flat_map(|stop| stop.wheels.clone()).collect()
     }
@@ -237,5 +244,25 @@ impl WheelFacts {
         } else {
             word!("its static load is not computable").to_string()
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_axle_may_have_stood_at_its_other_stop() {
+        let stop = |limits_rad| AxleStop {
+            edge: "left".into(),
+            wheels: Vec::new(),
+            limits_rad,
+        };
+        let both_ways = stop([-0.2, 0.2]);
+        assert!(!both_ways.is_passed(0.3, 0.01));
+        assert!(both_ways.is_passed(0.45, 0.01));
+        assert!(!both_ways.is_passed(0.45, 0.03));
+        // a zero that is not the middle changes nothing
+        assert!(stop([0.6, 1.0]).is_passed(0.45, 0.01));
     }
 }

@@ -72,15 +72,24 @@ fn machine(analysis: &Analysis, gravest: Option<&Incident<'_>>) -> Markup {
             SupportWord::of(&analysis.machine).one
         ),
     };
-    // the onset lies between two rows
-    let row_ns = analysis.rows.times_ns[row];
-    let shown_ns = gravest.map_or(row_ns, |event| event.start_ns);
-    let time = Calendar::of(analysis).utc(shown_ns);
+    let time = Calendar::of(analysis).utc(analysis.rows.times_ns[row]);
     let time = time.map_or(String::new(), |utc| format!(" ({utc})"));
+    let row_s = analysis.rows.seconds(row);
+    // the onset lies between two rows
+    let onset_s = gravest.map(|event| analysis.rows.seconds_at(event.start_ns));
+    let onset_s = onset_s.filter(|onset_s| is_shown_otherwise(*onset_s, row_s));
+    let onset = onset_s.map_or(String::new(), |onset_s| {
+        say!("; it began at t = {:.2} s", onset_s)
+    });
     html! {
-        h3 { (say!("The machine {what}, t = {:.2} s{time}", analysis.rows.seconds_at(shown_ns))) }
+        h3 { (say!("The machine {what}, t = {:.2} s{time}", row_s)) (onset) }
         (machine_view::pictures(analysis, row, gravest, contradicted))
     }
+}
+
+/// Whether two times (s) are two for a reader, to whom hundredths of a second are shown.
+fn is_shown_otherwise(one_s: f64, other_s: f64) -> bool {
+    format!("{one_s:.2}") != format!("{other_s:.2}")
 }
 
 /// What took the load away, in newtons.

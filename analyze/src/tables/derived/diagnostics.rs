@@ -7,7 +7,7 @@ use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::verdict::Level;
 
 use super::messages::{DiagnosticArray, DiagnosticStatus, Header, KeyValue, Time};
-use crate::base::number::number;
+use crate::base::number::in_english;
 use crate::base::rows::Rows;
 use crate::events::Event;
 
@@ -119,7 +119,7 @@ fn stability<'a>(machine: &'a Machine, rows: &Rows, row: usize) -> DiagnosticSta
     let mut values = Vec::new();
     let mut add = |key: String, value: f64, unit: &str| {
         let value = match value.is_finite() {
-            true => format!("{} {unit}", number(value)),
+            true => format!("{} {unit}", in_english(value)),
             false => "unknown".to_string(),
         };
         values.push(KeyValue { key, value });

@@ -24,6 +24,8 @@ pub struct MachineFile {
     pub text: String,
     /// Whether impossible inertias are accepted by option and not by a key.
     accepts_by_option: bool,
+    /// Whether it has another name than in its text.
+    is_renamed: bool,
 }
 
 /// The text of a URDF and its origin, for error messages.
@@ -139,6 +141,7 @@ impl MachineFile {
             spec: MachineSpec::from_toml(text, &path.display().to_string())?,
             text: text.into(),
             accepts_by_option: false,
+            is_renamed: false,
         })
     }
 
@@ -181,6 +184,20 @@ impl MachineFile {
             }
         }
         Ok(self)
+    }
+
+    /// The same machine with this name.
+    #[must_use]
+    pub fn named(mut self, name: &str) -> Self {
+        self.is_renamed |= self.spec.name != name;
+        self.spec.name = name.to_owned();
+        self
+    }
+
+    /// Its name, if that is not the one in its text.
+    #[must_use]
+    pub fn other_name(&self) -> Option<&str> {
+        self.is_renamed.then_some(self.spec.name.as_str())
     }
 
     /// The text of a machine file that describes this machine: its own, with what an option added to it.

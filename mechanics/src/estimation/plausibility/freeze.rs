@@ -18,6 +18,8 @@ const LEAST_REPEATS: f64 = 0.03;
 /// A run of fewer samples than usual shows nothing more where it lasts so long (ns), with at least so many samples.
 const LONG_NS: f64 = 1e9;
 const FEWEST_REPEATS: u32 = 10;
+/// Samples that tell how often a signal repeats itself: a longer rest, as of a crane that stood for an hour, says no more of it.
+const REMEMBERED: f64 = 4096.0;
 /// A step is at least this share of the signal's spread. At rest, a number without noise flickers by its last bit.
 const LEAST_STEP: f64 = 1e-3;
 
@@ -40,7 +42,9 @@ pub(super) struct Freeze {
     run_since_ns: i64,
     /// Number of repeated samples during which motion was detected elsewhere.
     moving: u32,
-    /// Repeats before the present run, while it was measured.
+    /// Changes, and repeats before the present run, while it was measured: since its first change, off its stop, and of the last
+    /// `REMEMBERED` samples or so.
+    changed: f64,
     repeated: f64,
     /// The evidence of noise against a motion by its changes, as a log likelihood ratio, from the change on that serves either most.
     noise: f64,
@@ -74,6 +78,7 @@ impl Freeze {
             run: 0,
             run_since_ns: 0,
             moving: 0,
+            changed: 0.0,
             repeated: 0.0,
             noise: 0.0,
             noise_at_rest: 0.0,
@@ -111,11 +116,11 @@ impl Freeze {
         self.is_silent
     }
 
-    /// Whether the present value says nothing of what it measures: it has never shown another one, or is silent. Zero where it stops
-    /// hides nothing.
+    /// Whether the present value says nothing of what it measures: it has never shown another one, or is silent. Zero
+    /// hides nothing, as the load of a foot or as a pressure, and one of coarse resolution rests within a step.
     pub(super) fn says_nothing(&self) -> bool {
-        let at_stop = self.has_stop && self.last[0] == 0.0;
-        !at_stop && (self.is_silent || !self.has_changed())
+        let is_zero = self.last[0] == 0.0;
+        !is_zero && !self.is_coarse() && (self.is_silent || !self.has_changed())
     }
 
     /// Whether it has shown a value.
@@ -161,9 +166,7 @@ impl Freeze {
             self.moving += u32::from(moves_elsewhere);
             self.repeats += STEP_WEIGHT * (1.0 - self.repeats);
         } else {
-            if !self.is_missed {
-                self.repeated += f64::from(self.run.saturating_sub(1));
-            }
+            self.remember_run();
             self.see(values, moves_elsewhere, LARGEST * limits.sticks);
             (self.run, self.run_since_ns, self.moving) = (1, stamp_ns, 0);
             (self.is_silent, self.is_missed) = (false, false);
@@ -182,11 +185,9 @@ impl Freeze {
         let is_long = |run: u32, ns: f64| run >= limit || (run >= FEWEST_REPEATS && ns >= LONG_NS);
         let (run_ns, moving) = (lasted_ns as f64, self.moving);
         let moved_ns = run_ns * f64::from(moving) / f64::from(self.run);
-        let at_stop = self.has_stop && values.iter().all(|value| *value == 0.0);
-        let changes = (self.samples.saturating_sub(1)) as f64;
         let repeats = f64::from(self.run - 1);
-        let is_no_chance = repeats * per_repeat(changes, self.repeated) >= limits.sticks;
-        let is_asked = is_no_chance && !self.is_coarse() && !at_stop;
+        let is_no_chance = repeats * per_repeat(self.changed, self.repeated) >= limits.sticks;
+        let is_asked = is_no_chance && !self.is_coarse() && !self.is_at_stop();
         let is_missed = was_noisy && is_asked;
         let has_stopped = is_missed || (is_open && is_asked);
         self.is_missed |= has_stopped;
@@ -195,6 +196,26 @@ impl Freeze {
         self.is_silent |= self.may_rest && says_nothing;
         let counts = is_missed || (moves && !self.may_rest && !self.is_coarse());
         (self.run >= limit && counts).then_some(self.run_since_ns)
+    }
+
+    /// Whether it shows exactly zero, below which there is nothing to measure.
+    fn is_at_stop(&self) -> bool {
+        self.has_stop && self.last[0] == 0.0
+    }
+
+    /// Takes the run that ends with a change into account.
+    fn remember_run(&mut self) {
+        if !self.has_changed() {
+            self.changed += f64::from(u8::from(self.was_given()));
+            return;
+        }
+        self.changed += 1.0;
+        if !self.is_missed && !self.is_at_stop() {
+            self.repeated += f64::from(self.run.saturating_sub(1));
+        }
+        let kept = (REMEMBERED / (self.changed + self.repeated)).min(1.0);
+        self.changed *= kept;
+        self.repeated *= kept;
     }
 
     /// Whether the sensor does not resolve its own noise, as far as is known.
@@ -360,6 +381,39 @@ mod tests {
         assert!(is_frozen(&drowned, false, false));
         assert!(!is_frozen(&shaken, true, false), "the motion is over");
         assert!(is_frozen(&shaken, true, true));
+    }
+
+    /// A jack that hung over the ground for hours, and a crane that stood as long, must not need minutes to be found.
+    #[test]
+    fn a_long_rest_says_little_of_how_often_a_signal_repeats_itself() {
+        let hour = 360_000;
+        for (first, has_stop) in [(0.0, true), (9.0, false), (9.0, true)] {
+            let mut freeze = match has_stop {
+                true => Freeze::new().may_rest_at_zero(),
+                false => Freeze::new().may_rest(),
+            };
+            // before its first change, and after some
+            let before = |k: usize| match k {
+                k if k < hour => first,
+                k if k < hour + 200 => noise(k),
+                _ => first,
+            };
+            let mut k = 0;
+            let mut next = |value: f64| {
+                k += 1;
+                freeze
+                    .since(k, &[value], false, &Limits::OF_TESTS)
+                    .is_some()
+            };
+            (0..2 * hour).for_each(|k| _ = next(before(k)));
+            (0..1000).for_each(|k| _ = next(noise(k)));
+            let stopped = noise(999);
+            let found = (1..1000).find(|_| next(stopped));
+            assert!(
+                found.is_some_and(|samples| samples <= 200),
+                "{first}: {found:?}"
+            );
+        }
     }
 
     #[test]

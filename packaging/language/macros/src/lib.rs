@@ -1,7 +1,7 @@
 //! The macro that makes a sentence in the language of the program.
 
 use proc_macro::TokenStream;
-use proc_macro2::TokenStream as Tokens;
+use proc_macro2::{Ident, Span, TokenStream as Tokens};
 use quote::quote;
 use syn::parse::{Parse, ParseStream};
 use syn::punctuated::Punctuated;
@@ -15,6 +15,8 @@ pub fn say(input: TokenStream) -> TokenStream {
     let template = &sentence.template;
     let text = template.value();
     let (mut names, mut values) = (Vec::new(), Vec::new());
+    // no name of the sentence
+    let held = Ident::new("held", Span::mixed_site());
     let mut next = 0;
     for placeholder in placeholders(&text) {
         let (name, specification) = match placeholder.split_once(':') {
@@ -26,26 +28,32 @@ pub fn say(input: TokenStream) -> TokenStream {
             false => name.parse().ok(),
         };
         next += usize::from(name.is_empty());
-        let Some(index) = index else {
-            // a name in scope, or a named argument
-            let one = LitStr::new(&format!("{{{placeholder}}}"), template.span());
-            let value = sentence.named(name);
-            names.push(name.to_owned());
-            values.push(match value {
-                Some(named) => quote!(::std::format!(#one, #named)),
-                None => quote!(::std::format!(#one)),
-            });
-            continue;
-        };
-        let Some(argument) = sentence.arguments.iter().nth(index) else {
-            let text = format!("no argument for the placeholder {index}");
-            return syn::Error::new(template.span(), text)
-                .to_compile_error()
-                .into();
+        let value = match index {
+            Some(index) => {
+                let Some(argument) = sentence.arguments.iter().nth(index) else {
+                    let text = format!("no argument for the placeholder {index}");
+                    return syn::Error::new(template.span(), text)
+                        .to_compile_error()
+                        .into();
+                };
+                names.push(index.to_string());
+                quote!(#argument)
+            }
+            // a named argument, or a name in scope
+            None => {
+                names.push(name.to_owned());
+                let in_scope = Ident::new(name, template.span());
+                (sentence.named(name)).map_or(quote!(#in_scope), |named| quote!(#named))
+            }
         };
         let one = LitStr::new(&format!("{{{specification}}}"), template.span());
-        names.push(index.to_string());
-        values.push(quote!(::std::format!(#one, #argument)));
+        values.push(quote!({
+            #[allow(unused_imports)]
+            use ::tipwatch_language::{OfAny as _, OfNumber as _};
+            match &(#value) {
+                #held => ::tipwatch_language::Value(#held).said(::std::format!(#one, #held)),
+            }
+        }));
     }
     quote! {
         if ::tipwatch_language::is_english() {
@@ -64,14 +72,14 @@ struct Sentence {
 }
 
 impl Sentence {
-    /// The argument `name = value`.
+    /// The value of the argument `name = value`.
     fn named(&self, name: &str) -> Option<&Expr> {
-        self.arguments.iter().find(|argument| match argument {
+        self.arguments.iter().find_map(|argument| match argument {
             Expr::Assign(assigned) => match assigned.left.as_ref() {
-                Expr::Path(path) => path.path.is_ident(name),
-                _ => false,
+                Expr::Path(path) if path.path.is_ident(name) => Some(assigned.right.as_ref()),
+                _ => None,
             },
-            _ => false,
+            _ => None,
         })
     }
 }
