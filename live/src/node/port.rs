@@ -130,7 +130,10 @@ impl<T: Topic> Sender<T> {
     /// Number of readers, including dead ones that were not removed yet.
     #[must_use]
     pub fn readers(&self) -> usize {
-        self.service.dynamic_config().number_of_subscribers()
+        // the library counts one already before it can be found, and so be waited for
+        let mut count = 0;
+        self.each_reader(|_| count += 1);
+        count
     }
 
     /// Calls `each` with the identity of every reader.
