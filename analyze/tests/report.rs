@@ -444,7 +444,7 @@ fn the_first_sentences_are_no_surer_than_the_findings() {
     assert!(lift.contains("Slope of the ground (logged: 5.6°)"));
     // gyro and attitude show the lift before the loads show the wheel light
     let unstated = words(&page(&analysis("unstated_load")));
-    let told = "stood still. Wheel FR left the ground at t = 3.63 ± 0.08 s and the machine tipped about the left edge from t = 3.63";
+    let told = "stood still. Wheel FR left the ground at t = 3.63 ± 0.08 s, the machine tipped about the left edge from t = 3.63";
     assert!(unstated.contains(told), "{}", &unstated[..600]);
     let tipped = words(&page(&analysis("tip_over")));
     assert!(
