@@ -490,6 +490,10 @@ mod needs_strace {
         let out = folder.path().to_str().unwrap();
         let arguments = ["record", out, "--machine", machine.to_str().unwrap()];
         let recorder = world.start_by(slowed, &arguments);
+        // a program whose every write waits is slow to join, too
+        while files(folder.path()).is_empty() {
+            std::thread::sleep(Duration::from_millis(5));
+        }
         let slow = delays(&reading, &producing, 400);
         alone.print("sample to verdict, no recorder");
         slow.print("sample to verdict, slow disk");
