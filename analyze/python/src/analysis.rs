@@ -319,9 +319,9 @@ fn run(request: &Request, file: &MachineFile, bytes: &AtomicU64, stop: &Stop) ->
         }
         _ => Vec::new(),
     };
-    let events = Table::of(&events::events(&analysis.events))?;
+    let events = events::events(&analysis.events).into();
     let sensitivity = studies::sensitivity(&analysis);
-    let sensitivity = sensitivity.as_ref().map(Table::of).transpose()?;
+    let sensitivity = sensitivity.map(Table::from);
     let summary = Summary::of(&analysis, report::main_findings(&analysis));
     let summary = serde_json::to_string(&summary)?;
     let notes = analysis.notes.iter().map(ToString::to_string).collect();

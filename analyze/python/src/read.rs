@@ -59,7 +59,7 @@ pub(crate) fn read(
         };
         let options = stated.options()?;
         let (machine, rows) = states(&log, &file, &options)?;
-        Table::of(&tables::states::states(&machine, &rows))
+        Ok(Table::from(tables::states::states(&machine, &rows)))
     };
     let found = leavable(py, compute, |_| Ok(()))?;
     found.map_err(|error| exception(&error))

@@ -207,9 +207,8 @@ pub(crate) fn whatif(
     };
     let found = leavable(py, compute, |_| Ok(()))?;
     let (table, summary, findings) = found.map_err(|error| exception(&error))?;
-    let table = Table::of(&table).map_err(|error| exception(&error))?;
     Ok(WhatIf {
-        samples: Py::new(py, table)?,
+        samples: Py::new(py, Table::from(table))?,
         summary,
         findings,
     })

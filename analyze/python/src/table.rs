@@ -2,29 +2,28 @@
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
-use std::mem;
+use std::io::Cursor;
 use std::ops::Range;
 use std::sync::Arc;
 
 use anyhow::anyhow;
-use arrow_array::ffi::{FFI_ArrowArray, FFI_ArrowSchema};
-use arrow_array::ffi_stream::FFI_ArrowArrayStream;
-use arrow_array::{
-    Array, ArrayRef, RecordBatch, RecordBatchIterator, new_empty_array, new_null_array,
+use polars::prelude::{
+    ArrayRef, ArrowDataType, ArrowField, ArrowSchema, CompatLevel, IdxSize, PolarsResult, Series,
 };
-use arrow_ipc::reader::StreamReader;
-use arrow_ipc::writer::StreamWriter;
-use arrow_schema::{ArrowError, DataType, Field, Fields, Schema, SchemaRef};
-use arrow_select::concat::concat;
-use arrow_select::interleave::interleave_record_batch;
+use polars_arrow::array::StructArray;
+use polars_arrow::datatypes::Metadata;
+use polars_arrow::ffi::{export_array_to_c, export_field_to_c, export_iterator};
+use polars_arrow::io::ipc::read::{StreamReader, StreamState, read_stream_metadata};
+use polars_arrow::io::ipc::write::{StreamWriter, WriteOptions};
+use polars_arrow::record_batch::RecordBatchT;
 use pyo3::exceptions::{PyImportError, PyIndexError, PyKeyError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyCapsule, PyDict, PyIterator, PyList, PySlice};
 use tipwatch_analyze::base::scratch_file::ScratchFile;
 use tipwatch_analyze::tables::table;
 
-use crate::arrays::{array, numbers_of, object_of, text_of, view_of};
-use crate::call::error::{Mistake, exception, of_kind};
+use crate::arrays::{numbers_of, object_of, text_of, view_of};
+use crate::call::error::{Mistake, exception, of_kind, of_polars};
 use crate::call::pickle::{Reduced, reduced};
 
 /// Rows and columns that a notebook shows.
@@ -34,29 +33,27 @@ const SHOWN_COLUMNS: usize = 12;
 /// Key of a field's metadata with the unit of its column.
 const UNIT: &str = "unit";
 
+/// Types that all readers of Arrow know.
+const TYPES: CompatLevel = CompatLevel::oldest();
+
 /// A table: columns of equal length with names and units.
 ///
 /// ``table["load_fl"]`` is one column, ``table[["time_ns", "load_fl"]]`` a table of two, ``table[:100]`` one of its first
 /// rows; ``to_polars()``, ``to_arrow()`` and ``to_pandas()`` make the table of a library. polars, pyarrow and DuckDB take it
 /// without copying, by the Arrow PyCapsule interface (``polars.DataFrame(table)``); pandas copies.
 #[pyclass(frozen, module = "tipwatch")]
-pub(crate) struct Table {
-    schema: SchemaRef,
-    batches: Vec<RecordBatch>,
-}
+pub(crate) struct Table(table::Table);
 
-impl Table {
-    /// A table of one block.
-    pub(crate) fn of(block: &table::Table) -> anyhow::Result<Self> {
-        Ok(batch(block)?.into())
-    }
-}
-
-impl From<RecordBatch> for Table {
-    fn from(batch: RecordBatch) -> Self {
-        Self {
-            schema: batch.schema(),
-            batches: vec![batch],
+/// The chunks of its columns are alike.
+impl From<table::Table> for Table {
+    fn from(table: table::Table) -> Self {
+        let mut columns = table.columns().iter().map(table::Column::series);
+        let first = columns.next();
+        let is_alike =
+            first.is_none_or(|a| columns.all(|b| a.chunk_lengths().eq(b.chunk_lengths())));
+        match is_alike {
+            true => Self(table),
+            false => Self(table).with_values(|values| values.rechunk()),
         }
     }
 }
@@ -71,34 +68,25 @@ const ROWS_LAID_ASIDE: usize = 1 << 13;
 #[derive(Default)]
 pub(crate) struct Chunks {
     /// The columns that are kept; all if `None`.
-    columns: Option<Vec<String>>,
-    /// The columns of the blocks.
-    schema: Option<SchemaRef>,
-    waiting: Waiting,
-    /// Of each column, the pieces that are not joined yet.
-    open: Vec<Vec<ArrayRef>>,
+    names: Option<Vec<String>>,
+    columns: Vec<Waiting>,
     open_rows: usize,
-}
-
-/// Parts of a table in a file, column by column.
-#[derive(Default)]
-struct Waiting {
     file: Option<ScratchFile>,
     length: u64,
-    parts: Vec<Part>,
 }
 
-/// A part: its number of rows, and where its columns are; `None` for a column in which nothing is known.
-struct Part {
-    rows: usize,
-    columns: Vec<Option<Range<u64>>>,
+/// A column of which the first rows are in a file.
+struct Waiting {
+    open: table::Column,
+    /// Rows of each part, and where it is; `None` for one in which nothing is known.
+    parts: Vec<(usize, Option<Range<u64>>)>,
 }
 
 impl Chunks {
     /// No block yet. These columns of each are kept; all if `None`.
-    pub(crate) fn of(columns: Option<Vec<String>>) -> Self {
+    pub(crate) fn of(names: Option<Vec<String>>) -> Self {
         Self {
-            columns,
+            names,
             ..Self::default()
         }
     }
@@ -108,39 +96,57 @@ impl Chunks {
     /// # Errors
     /// It has other columns, or lacks one that is kept, or no temporary file can be written.
     pub(crate) fn take(&mut self, block: &table::Table) -> anyhow::Result<()> {
-        let mut batch = batch(block)?;
-        if let Some(columns) = &self.columns {
-            let schema = batch.schema();
-            let places = columns.iter().map(|name| place(&schema, name));
-            let places = places.collect::<Result<Vec<_>, _>>();
-            batch = batch.project(&places.map_err(Mistake)?)?;
+        let places = match &self.names {
+            Some(names) => {
+                let places = names.iter().map(|name| place(block, name));
+                places.collect::<Result<_, _>>().map_err(Mistake)?
+            }
+            None => (0..block.columns().len()).collect::<Vec<_>>(),
+        };
+        let next = places.into_iter().map(|place| &block.columns()[place]);
+        if self.columns.is_empty() {
+            let empty = next.clone().map(|column| Waiting {
+                open: column.with_values(column.series().clear()),
+                parts: Vec::new(),
+            });
+            self.columns = empty.collect();
         }
-        let schema = self.schema.get_or_insert_with(|| batch.schema());
-        if *schema != batch.schema() {
-            anyhow::bail!("expected blocks with the same columns, found others");
+        anyhow::ensure!(
+            self.columns.len() == next.len()
+                && (self.columns.iter().zip(next.clone())).all(|(a, b)| a.open.is_like(b)),
+            "expected blocks with the same columns, found others"
+        );
+        for (column, next) in self.columns.iter_mut().zip(next) {
+            column.open.append(next)?;
         }
-        self.open_rows += batch.num_rows();
-        self.open.resize_with(batch.num_columns(), Vec::new);
-        for (pieces, column) in self.open.iter_mut().zip(batch.columns()) {
-            pieces.push(Arc::clone(column));
-        }
+        self.open_rows += block.rows();
         match self.open_rows >= ROWS_LAID_ASIDE {
-            true => self.lay_aside(&batch.schema()),
+            true => self.lay_aside(),
             false => Ok(()),
         }
     }
 
-    fn lay_aside(&mut self, schema: &Schema) -> anyhow::Result<()> {
-        let (open, rows) = (mem::take(&mut self.open), mem::take(&mut self.open_rows));
-        let columns = open.into_iter().zip(schema.fields());
-        let columns = columns.map(|(pieces, field)| {
-            let column = joined(&pieces)?;
-            column
-                .map(|column| self.waiting.append(field, column))
-                .transpose()
-        });
-        let columns = columns.collect::<anyhow::Result<_>>()?;
-        self.waiting.parts.push(Part { rows, columns });
+    fn lay_aside(&mut self) -> anyhow::Result<()> {
+        let file = match &mut self.file {
+            Some(file) => file,
+            None => self.file.insert(ScratchFile::new()?),
+        };
+        for Waiting { open, parts } in &mut self.columns {
+            let place = match is_unknown(open.series()) {
+                true => None,
+                false => {
+                    let values = open.with_values(open.series().rechunk());
+                    let written = written(&[values])?;
+                    file.append(&written)?;
+                    let from = self.length;
+                    self.length += written.len() as u64;
+                    Some(from..self.length)
+                }
+            };
+            parts.push((self.open_rows, place));
+            *open = open.with_values(open.series().clear());
+        }
+        self.open_rows = 0;
         Ok(())
     }
 
@@ -149,118 +155,115 @@ impl Chunks {
     /// # Errors
     /// The temporary file cannot be read.
     pub(crate) fn finish(self) -> anyhow::Result<Table> {
-        let schema = self.schema.unwrap_or_else(|| Arc::new(Schema::empty()));
-        let mut batches = Vec::new();
-        let (mut open, mut open_rows) = (self.open, self.open_rows);
-        let parts = self.waiting.parts;
-        let of_chunk = ROWS_OF_A_CHUNK / ROWS_LAID_ASIDE;
-        let file = self.waiting.file;
-        for parts in parts.chunks(of_chunk) {
-            let is_last = parts.len() < of_chunk;
-            let mut rows = parts.iter().map(|part| part.rows).sum::<usize>();
-            let columns = (0..schema.fields().len()).map(|at| {
-                let kind = schema.field(at).data_type();
-                let pieces = parts
-                    .iter()
-                    .map(|part| part.column(at, kind, file.as_ref()));
-                let mut pieces = pieces.collect::<anyhow::Result<Vec<_>>>()?;
-                if is_last {
-                    pieces.extend(open.get_mut(at).map(mem::take).into_iter().flatten());
+        // chunks in which nothing is known are one in memory
+        let mut unknown = HashMap::new();
+        let columns = self.columns.into_iter().map(|column| {
+            let (open, mut whole) = (column.open.series(), column.open.series().clear());
+            let mut parts = column
+                .parts
+                .chunks(ROWS_OF_A_CHUNK / ROWS_LAID_ASIDE)
+                .peekable();
+            let mut is_open = self.open_rows > 0;
+            while is_open || parts.peek().is_some() {
+                let parts = parts.next().unwrap_or_default();
+                let mut chunk = open.clear();
+                for (rows, place) in parts {
+                    chunk.append(&match (place, &self.file) {
+                        (Some(place), Some(file)) => part(file, place)?,
+                        _ => Series::full_null(open.name().clone(), *rows, open.dtype()),
+                    })?;
                 }
-                Ok(joined(&pieces)?)
-            });
-            let columns = columns.collect::<anyhow::Result<Vec<_>>>()?;
-            if is_last {
-                rows += mem::take(&mut open_rows);
+                if parts.len() < ROWS_OF_A_CHUNK / ROWS_LAID_ASIDE {
+                    is_open = false;
+                    chunk.append(open)?;
+                }
+                let chunk = match is_unknown(&chunk) {
+                    true => {
+                        let same = unknown.entry((chunk.dtype().clone(), chunk.len()));
+                        let same: &Series = same.or_insert_with(|| chunk.rechunk());
+                        same.clone().with_name(open.name().clone())
+                    }
+                    false => chunk.rechunk(),
+                };
+                whole.append(&chunk)?;
             }
-            batches.push(chunk(&schema, rows, columns)?);
-        }
-        if open_rows > 0 {
-            let columns = open.iter().map(|pieces| joined(pieces));
-            batches.push(chunk(
-                &schema,
-                open_rows,
-                columns.collect::<Result<_, _>>()?,
-            )?);
-        }
-        Ok(Table { schema, batches })
+            Ok(column.open.with_values(whole))
+        });
+        Ok(Table(columns.collect::<anyhow::Result<_>>()?))
     }
 }
 
-/// Pieces of a column as one; `None` if nothing is known in them.
-fn joined(pieces: &[ArrayRef]) -> Result<Option<ArrayRef>, ArrowError> {
-    if pieces.iter().all(|piece| piece.null_count() == piece.len()) {
-        return Ok(None);
-    }
-    let pieces: Vec<&dyn Array> = pieces.iter().map(AsRef::as_ref).collect();
-    concat(&pieces).map(Some)
+fn is_unknown(values: &Series) -> bool {
+    values.null_count() == values.len()
 }
 
-impl Waiting {
-    fn append(&mut self, column: &Field, values: ArrayRef) -> anyhow::Result<Range<u64>> {
-        let schema = Arc::new(Schema::new(vec![column.clone()]));
-        let written = Table::from(RecordBatch::try_new(schema, vec![values])?).written()?;
-        let file = match &mut self.file {
-            Some(file) => file,
-            None => self.file.insert(ScratchFile::new()?),
+/// A part of a column again.
+fn part(file: &ScratchFile, place: &Range<u64>) -> anyhow::Result<Series> {
+    let mut bytes = vec![0; usize::try_from(place.end - place.start)?];
+    file.read_at(&mut bytes, place.start)?;
+    let table = read(&bytes)?;
+    let column = table.columns().first();
+    let column = column.ok_or_else(|| anyhow!("a temporary file is not as it was written"))?;
+    Ok(column.series().clone())
+}
+
+/// A column's name, type and unit.
+fn field(column: &table::Column) -> ArrowField {
+    let kind = column.series().dtype().to_arrow(TYPES);
+    let field = ArrowField::new(column.name().into(), kind, true);
+    match column.unit() {
+        Some(unit) => field.with_metadata(Metadata::from([(UNIT.into(), unit.into())])),
+        None => field,
+    }
+}
+
+/// The chunks of columns that have them alike: number of rows and values of each column.
+fn chunks(columns: &[table::Column]) -> impl Iterator<Item = (usize, Vec<ArrayRef>)> {
+    let lengths = columns
+        .first()
+        .into_iter()
+        .flat_map(|column| column.series().chunk_lengths());
+    lengths.enumerate().map(|(at, rows)| {
+        let columns = columns
+            .iter()
+            .map(|column| column.series().to_arrow(at, TYPES));
+        (rows, columns.collect())
+    })
+}
+
+/// Columns in the streaming format of Arrow.
+fn written(columns: &[table::Column]) -> PolarsResult<Vec<u8>> {
+    let schema: ArrowSchema = columns.iter().map(field).collect();
+    let mut writer = StreamWriter::new(Vec::new(), WriteOptions { compression: None });
+    writer.start(&schema, None)?;
+    let schema = Arc::new(schema);
+    for (rows, values) in chunks(columns) {
+        let batch = RecordBatchT::try_new(rows, Arc::clone(&schema), values)?;
+        writer.write(&batch, None)?;
+    }
+    writer.finish()?;
+    Ok(writer.into_inner())
+}
+
+fn read(bytes: &[u8]) -> PolarsResult<table::Table> {
+    let mut bytes = Cursor::new(bytes);
+    let metadata = read_stream_metadata(&mut bytes)?;
+    let fields: Vec<ArrowField> = metadata.schema.iter_values().cloned().collect();
+    let mut columns = vec![Vec::new(); fields.len()];
+    for batch in StreamReader::new(bytes, metadata, None) {
+        let StreamState::Some(batch) = batch? else {
+            break;
         };
-        file.append(&written)?;
-        let from = self.length;
-        self.length += written.len() as u64;
-        Ok(from..self.length)
+        for (chunks, values) in columns.iter_mut().zip(batch.into_arrays()) {
+            chunks.push(values);
+        }
     }
-}
-
-impl Part {
-    /// A column of this type again.
-    fn column(
-        &self,
-        at: usize,
-        kind: &DataType,
-        file: Option<&ScratchFile>,
-    ) -> anyhow::Result<ArrayRef> {
-        let (Some(place), Some(file)) = (&self.columns[at], file) else {
-            return Ok(new_null_array(kind, self.rows));
-        };
-        let mut bytes = vec![0; usize::try_from(place.end - place.start)?];
-        file.read_at(&mut bytes, place.start)?;
-        let table = Table::read(&bytes)?;
-        let batch = table.batches.first();
-        let batch = batch.ok_or_else(|| anyhow!("a temporary file is not as it was written"))?;
-        Ok(Arc::clone(batch.column(0)))
-    }
-}
-
-/// A chunk of these columns; those in which nothing is known are one in memory.
-fn chunk(
-    schema: &SchemaRef,
-    rows: usize,
-    columns: Vec<Option<ArrayRef>>,
-) -> anyhow::Result<RecordBatch> {
-    let mut unknown = HashMap::new();
-    let columns = columns.into_iter().zip(schema.fields());
-    let columns = columns.map(|(column, field)| {
-        column.unwrap_or_else(|| {
-            let kind = field.data_type();
-            let nulls = unknown.entry(kind.clone());
-            Arc::clone(nulls.or_insert_with(|| new_null_array(kind, rows)))
-        })
+    let columns = fields.iter().zip(columns).map(|(field, chunks)| {
+        let unit = field.metadata.as_ref().and_then(|known| known.get(UNIT));
+        let unit = unit.map(|unit| unit.to_string().into());
+        Ok(table::Column::new(unit, Series::try_from((field, chunks))?))
     });
-    Ok(RecordBatch::try_new(Arc::clone(schema), columns.collect())?)
-}
-
-/// A block as a record batch.
-fn batch(block: &table::Table) -> anyhow::Result<RecordBatch> {
-    let (mut fields, mut arrays) = (Vec::new(), Vec::new());
-    for column in block.columns() {
-        let unit = column.unit().map(|unit| (UNIT.to_owned(), unit.to_owned()));
-        let array = array(column.series())?;
-        let field = Field::new(column.name(), array.data_type().clone(), true);
-        fields.push(field.with_metadata(unit.into_iter().collect::<HashMap<_, _>>()));
-        arrays.push(array);
-    }
-    let schema = Schema::new(fields.into_iter().collect::<Fields>());
-    Ok(RecordBatch::try_new(Arc::new(schema), arrays)?)
+    columns.collect()
 }
 
 /// Wrong letters of a name that is still told from others, and how many of these are named.
@@ -271,9 +274,10 @@ const MOST_NEAR: usize = 3;
 ///
 /// # Errors
 /// There is none of this name.
-fn place(schema: &Schema, name: &str) -> Result<usize, String> {
-    let all = || schema.fields().iter().map(|field| field.name().as_str());
-    schema.index_of(name).map_err(|_| no_column(all(), name))
+fn place(table: &table::Table, name: &str) -> Result<usize, String> {
+    let all = table.columns().iter().map(table::Column::name);
+    let place = all.clone().position(|other| other == name);
+    place.ok_or_else(|| no_column(all, name))
 }
 
 /// Says that there is no such column, and which are called almost so.
@@ -299,84 +303,49 @@ impl Table {
     /// # Errors
     /// There is none of this name.
     fn place(&self, name: &str) -> PyResult<usize> {
-        place(&self.schema, name).map_err(PyKeyError::new_err)
-    }
-
-    fn column(&self, name: &str) -> PyResult<Column> {
-        let table = self.project(&[self.place(name)?])?;
-        Ok(Column { table })
+        place(&self.0, name).map_err(PyKeyError::new_err)
     }
 
     /// The table of some columns.
-    ///
-    /// # Errors
-    /// There is no such column.
-    fn project(&self, places: &[usize]) -> PyResult<Self> {
-        let projected = || -> Result<Self, ArrowError> {
-            let batches = self.batches.iter().map(|batch| batch.project(places));
-            Ok(Self {
-                schema: Arc::new(self.schema.project(places)?),
-                batches: batches.collect::<Result<_, _>>()?,
-            })
-        };
-        projected().map_err(|error| exception(&error.into()))
+    fn project(&self, places: &[usize]) -> Self {
+        let columns = places.iter().map(|&place| self.0.columns()[place].clone());
+        Self(columns.collect())
+    }
+
+    /// The columns with other values.
+    fn with_values(&self, values: impl Fn(&Series) -> Series) -> Self {
+        let columns = self.0.columns().iter();
+        Self(
+            columns
+                .map(|column| column.with_values(values(column.series())))
+                .collect(),
+        )
     }
 
     /// The table of so many rows from one on, without a copy.
     fn part(&self, start: usize, rows: usize) -> Self {
-        let (mut skipped, mut left) = (start, rows);
-        let batches = self.batches.iter().filter_map(|batch| {
-            let from = skipped.min(batch.num_rows());
-            let rows = left.min(batch.num_rows() - from);
-            (skipped, left) = (skipped - from, left - rows);
-            (rows > 0).then(|| batch.slice(from, rows))
-        });
-        Self {
-            batches: batches.collect(),
-            schema: Arc::clone(&self.schema),
-        }
+        let start = i64::try_from(start).unwrap_or(i64::MAX);
+        self.with_values(|values| values.slice(start, rows))
     }
 
     /// The table of some rows, in any order; without a copy where they follow each other.
     ///
     /// # Errors
-    /// The slice is not one of whole numbers, or the rows do not fit into memory.
+    /// The slice is not one of whole numbers, or the table has too many rows.
     fn rows(&self, slice: &Bound<'_, PySlice>) -> PyResult<Self> {
         let found = slice.indices(isize::try_from(self.__len__())?)?;
         if found.step == 1 || found.slicelength == 0 {
             return Ok(self.part(found.start.unsigned_abs(), found.slicelength));
         }
-        let mut begins = vec![0];
-        begins.extend(self.batches.iter().scan(0, |end, batch| {
-            *end += batch.num_rows();
-            Some(*end)
-        }));
-        let wanted = (0..found.slicelength).map(|at| {
-            let row = (found.start + at as isize * found.step).unsigned_abs();
-            let batch = begins.partition_point(|&begin| begin <= row) - 1;
-            (batch, row - begins[batch])
+        let wanted = (0..found.slicelength)
+            .map(|at| IdxSize::try_from((found.start + at as isize * found.step).unsigned_abs()));
+        let wanted = wanted.collect::<Result<Vec<_>, _>>()?;
+        let columns = self.0.columns().iter().map(|column| {
+            let values = column.series().take_slice(&wanted)?;
+            Ok(column.with_values(values))
         });
-        let batches: Vec<&RecordBatch> = self.batches.iter().collect();
-        let taken = interleave_record_batch(&batches, &wanted.collect::<Vec<_>>());
-        let taken = taken.map_err(|error| exception(&error.into()))?;
-        Ok(taken.into())
-    }
-
-    /// The table in the streaming format of Arrow.
-    fn written(&self) -> Result<Vec<u8>, ArrowError> {
-        let mut writer = StreamWriter::try_new(Vec::new(), &self.schema)?;
-        for batch in &self.batches {
-            writer.write(batch)?;
-        }
-        writer.into_inner()
-    }
-
-    fn read(bytes: &[u8]) -> Result<Self, ArrowError> {
-        let reader = StreamReader::try_new(bytes, None)?;
-        Ok(Self {
-            schema: reader.schema(),
-            batches: reader.collect::<Result<_, _>>()?,
-        })
+        let columns: PolarsResult<table::Table> = columns.collect();
+        Ok(columns.map_err(of_polars)?.into())
     }
 }
 
@@ -385,24 +354,24 @@ impl Table {
     /// Names of the columns.
     #[getter]
     fn columns(&self) -> Vec<&str> {
-        let fields = self.schema.fields().iter();
-        fields.map(|field| field.name().as_str()).collect()
+        let columns = self.0.columns().iter();
+        columns.map(table::Column::name).collect()
     }
 
     /// Units of the columns that have one, by name.
     #[getter]
     fn units<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let units = PyDict::new(py);
-        for field in self.schema.fields() {
-            if let Some(unit) = field.metadata().get(UNIT) {
-                units.set_item(field.name(), unit)?;
+        for column in self.0.columns() {
+            if let Some(unit) = column.unit() {
+                units.set_item(column.name(), unit)?;
             }
         }
         Ok(units)
     }
 
     pub(crate) fn __len__(&self) -> usize {
-        self.batches.iter().map(RecordBatch::num_rows).sum()
+        self.0.rows()
     }
 
     /// A column by its name, a table of some columns by a list of names, or one of some rows by a slice.
@@ -412,7 +381,8 @@ impl Table {
             return Ok(Bound::new(py, self.rows(slice)?)?.into_any());
         }
         if let Ok(name) = key.extract::<String>() {
-            return Ok(Bound::new(py, self.column(&name)?)?.into_any());
+            let column = Column(self.project(&[self.place(&name)?]));
+            return Ok(Bound::new(py, column)?.into_any());
         }
         let Ok(names) = key.extract::<Vec<String>>() else {
             return Err(PyTypeError::new_err(format!(
@@ -421,13 +391,13 @@ impl Table {
             )));
         };
         let places = names.iter().map(|name| self.place(name));
-        let table = self.project(&places.collect::<PyResult<Vec<_>>>()?)?;
+        let table = self.project(&places.collect::<PyResult<Vec<_>>>()?);
         Ok(Bound::new(py, table)?.into_any())
     }
 
     /// Whether there is a column of this name.
     fn __contains__(&self, name: &str) -> bool {
-        self.schema.index_of(name).is_ok()
+        self.0.column(name).is_some()
     }
 
     /// The first ``n`` rows.
@@ -465,51 +435,50 @@ impl Table {
 
     /// For pickle: the table as an Arrow stream.
     fn __reduce__<'py>(this: &Bound<'py, Self>) -> Reduced<'py, (Bound<'py, PyBytes>,)> {
-        let bytes = this.get().written();
-        let bytes = bytes.map_err(|error| exception(&error.into()))?;
+        let bytes = written(this.get().0.columns());
+        let bytes = bytes.map_err(of_polars)?;
         reduced(this, (PyBytes::new(this.py(), &bytes),))
     }
 
     #[staticmethod]
     fn _of_parts(bytes: &[u8]) -> PyResult<Self> {
-        Self::read(bytes).map_err(|error| exception(&error.into()))
+        let table = read(bytes).map_err(of_polars)?;
+        Ok(table.into())
     }
 
     fn __repr__(&self) -> String {
         format!(
             "<tipwatch.Table of {} rows and {} columns>",
             self.__len__(),
-            self.schema.fields().len()
+            self.0.columns().len()
         )
     }
 
     /// The table in a notebook: its first rows with names and units.
     pub(crate) fn _repr_html_(&self, py: Python<'_>) -> PyResult<String> {
-        let fields = self.schema.fields();
-        let shown = fields.len().min(SHOWN_COLUMNS);
-        let has_more = |tag: &str| match shown < fields.len() {
+        let columns = self.0.columns();
+        let shown = &columns[..columns.len().min(SHOWN_COLUMNS)];
+        let has_more = |tag: &str| match shown.len() < columns.len() {
             true => format!("<{tag}>…</{tag}>"),
             false => String::new(),
         };
         let mut html = String::from("<table><thead><tr>");
-        for field in &fields[..shown] {
-            let unit = field.metadata().get(UNIT);
+        for column in shown {
+            let unit = column.unit();
             let unit = unit.map_or(String::new(), |unit| format!("<br>[{}]", escaped(unit)));
             // writing to a text does not fail
-            let _ = write!(html, "<th>{}{unit}</th>", escaped(field.name()));
+            let _ = write!(html, "<th>{}{unit}</th>", escaped(column.name()));
         }
         let _ = write!(html, "{}</tr></thead><tbody>", has_more("th"));
-        for batch in self.part(0, SHOWN_ROWS).batches {
-            for row in 0..batch.num_rows() {
-                html.push_str("<tr>");
-                for column in &batch.columns()[..shown] {
-                    let text = escaped(&text_of(py, column, row)?);
-                    let _ = write!(html, "<td>{text}</td>");
-                }
-                let _ = write!(html, "{}</tr>", has_more("td"));
+        for row in 0..self.__len__().min(SHOWN_ROWS) {
+            html.push_str("<tr>");
+            for column in shown {
+                let text = escaped(&text_of(py, column.series(), row)?);
+                let _ = write!(html, "<td>{text}</td>");
             }
+            let _ = write!(html, "{}</tr>", has_more("td"));
         }
-        let (rows, columns) = (self.__len__(), fields.len());
+        let (rows, columns) = (self.__len__(), columns.len());
         let cut = match rows > SHOWN_ROWS {
             true => format!(" (the first {SHOWN_ROWS} shown)"),
             false => String::new(),
@@ -530,9 +499,12 @@ impl Table {
     ) -> PyResult<Bound<'py, PyCapsule>> {
         // the protocol lets a producer answer with the types that it has
         drop(requested_schema);
-        let batches = self.batches.clone().into_iter().map(Ok);
-        let reader = RecordBatchIterator::new(batches, Arc::clone(&self.schema));
-        let stream = FFI_ArrowArrayStream::new(Box::new(reader));
+        let kind = ArrowDataType::Struct(self.0.columns().iter().map(field).collect());
+        let row = ArrowField::new("".into(), kind.clone(), false);
+        let chunks = chunks(self.0.columns()).map(move |(rows, values)| {
+            Ok(StructArray::try_new(kind.clone(), rows, values, None)?.boxed())
+        });
+        let stream = export_iterator(Box::new(chunks.collect::<Vec<_>>().into_iter()), row);
         PyCapsule::new_with_value(py, stream, c"arrow_array_stream")
     }
 }
@@ -544,8 +516,15 @@ impl Table {
 /// 32 bits in one chunk and none is missing, else a copy. polars and pyarrow take it as a series or an array
 /// (``polars.Series(column)``), several chunks joined to one.
 #[pyclass(frozen, module = "tipwatch")]
-pub(crate) struct Column {
-    table: Table,
+pub(crate) struct Column(
+    /// Of one column.
+    Table,
+);
+
+impl Column {
+    fn own(&self) -> &table::Column {
+        &self.0.0.columns()[0]
+    }
 }
 
 #[pymethods]
@@ -553,26 +532,24 @@ impl Column {
     /// Its name.
     #[getter]
     fn name(&self) -> &str {
-        self.table.schema.field(0).name()
+        self.own().name()
     }
 
     /// Its unit; None for what has none.
     #[getter]
     fn unit(&self) -> Option<&str> {
-        let unit = self.table.schema.field(0).metadata().get(UNIT);
-        unit.map(String::as_str)
+        self.own().unit()
     }
 
     fn __len__(&self) -> usize {
-        self.table.__len__()
+        self.0.__len__()
     }
 
     /// A value by its row, counted from the end if negative, or a part of the column by a slice.
     fn __getitem__<'py>(&self, key: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let py = key.py();
         if let Ok(slice) = key.cast::<PySlice>() {
-            let table = self.table.rows(slice)?;
-            return Ok(Bound::new(py, Self { table })?.into_any());
+            return Ok(Bound::new(py, Self(self.0.rows(slice)?))?.into_any());
         }
         let Ok(row) = key.extract::<isize>() else {
             return Err(PyTypeError::new_err(format!(
@@ -585,16 +562,12 @@ impl Column {
             0.. => row.unsigned_abs(),
             _ => length.wrapping_sub(row.unsigned_abs()),
         };
-        let mut left = from_start;
-        for batch in &self.table.batches {
-            match left.checked_sub(batch.num_rows()) {
-                Some(behind) => left = behind,
-                None => return object_of(py, batch.column(0), left),
-            }
+        match from_start < length {
+            true => object_of(py, self.own().series(), from_start),
+            false => Err(PyIndexError::new_err(format!(
+                "expected a row below {length}, found {row}"
+            ))),
         }
-        Err(PyIndexError::new_err(format!(
-            "expected a row below {length}, found {row}"
-        )))
     }
 
     fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {
@@ -607,11 +580,7 @@ impl Column {
             this.get(),
             this.py().import("operator")?.getattr("getitem")?,
         );
-        let table = Table {
-            schema: Arc::clone(&own.table.schema),
-            batches: own.table.batches.clone(),
-        };
-        Ok((getitem, (table, own.name().to_owned())))
+        Ok((getitem, (Table(own.0.0.clone()), own.name().to_owned())))
     }
 
     fn __repr__(&self) -> String {
@@ -627,15 +596,14 @@ impl Column {
 
     /// The values in a list; None is what is missing.
     fn to_list<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyAny>>> {
-        let columns = self.table.batches.iter().map(|batch| batch.column(0));
-        let values =
-            columns.flat_map(|column| (0..column.len()).map(move |row| object_of(py, column, row)));
-        values.collect()
+        let values = self.own().series();
+        let rows = 0..values.len();
+        rows.map(|row| object_of(py, values, row)).collect()
     }
 
     /// The column in a notebook: its first values.
     fn _repr_html_(&self, py: Python<'_>) -> PyResult<String> {
-        self.table._repr_html_(py)
+        self.0._repr_html_(py)
     }
 
     /// The column as an array of NumPy; None is NaN. Read-only where it is not a copy.
@@ -646,12 +614,11 @@ impl Column {
         dtype: Option<Bound<'py, PyAny>>,
         copy: Option<bool>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let columns = self.table.batches.iter().map(|batch| batch.column(0));
-        let columns: Vec<_> = columns.collect();
+        let values = self.own().series();
         let keywords = PyDict::new(py);
         keywords.set_item("dtype", &dtype)?;
         if copy != Some(true)
-            && let Some(view) = view_of(py, &columns)?
+            && let Some(view) = view_of(py, values)?
         {
             keywords.set_item("copy", copy)?;
             return py
@@ -664,7 +631,7 @@ impl Column {
                  are an array without a copy; table.to_arrow() makes none",
             ));
         }
-        let found = numbers_of(py, &columns)?;
+        let found = numbers_of(py, values)?;
         match dtype {
             Some(dtype) => found.call_method1("astype", (dtype,)),
             None => Ok(found),
@@ -679,18 +646,11 @@ impl Column {
         requested_schema: Option<Bound<'py, PyAny>>,
     ) -> PyResult<(Bound<'py, PyCapsule>, Bound<'py, PyCapsule>)> {
         drop(requested_schema);
-        let field = self.table.schema.field(0);
-        let columns = self.table.batches.iter().map(|batch| &**batch.column(0));
-        let made = || -> Result<_, ArrowError> {
-            let whole = match &columns.collect::<Vec<_>>()[..] {
-                [] => new_empty_array(field.data_type()),
-                [one] => one.slice(0, one.len()),
-                several => concat(several)?,
-            };
-            let schema = FFI_ArrowSchema::try_from(field)?;
-            Ok((schema, FFI_ArrowArray::new(&whole.to_data())))
-        };
-        let (schema, array) = made().map_err(|error| exception(&error.into()))?;
+        let whole = self.own().series().rechunk().to_arrow(0, TYPES);
+        let (schema, array) = (
+            export_field_to_c(&field(self.own())),
+            export_array_to_c(whole),
+        );
         Ok((
             PyCapsule::new_with_value(py, schema, c"arrow_schema")?,
             PyCapsule::new_with_value(py, array, c"arrow_array")?,

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use polars::prelude::{
     DataType, Float32Chunked, Float64Chunked, IntoSeries, ListBuilderTrait,
-    ListStringChunkedBuilder, NewChunkedArray, Series,
+    ListStringChunkedBuilder, NewChunkedArray, PolarsResult, Series,
 };
 
 pub use polars::prelude::AnyValue as Value;
@@ -23,6 +23,13 @@ pub struct Table {
 pub struct Column {
     unit: Option<Cow<'static, str>>,
     values: Series,
+}
+
+impl FromIterator<Column> for Table {
+    fn from_iter<I: IntoIterator<Item = Column>>(columns: I) -> Self {
+        let columns = columns.into_iter().collect();
+        Self { columns }
+    }
 }
 
 impl Table {
@@ -84,7 +91,7 @@ impl Table {
 
     /// Adds a column that polars made.
     pub(crate) fn add_series(&mut self, unit: Option<Cow<'static, str>>, values: Series) {
-        self.columns.push(Column { unit, values });
+        self.columns.push(Column::new(unit, values));
     }
 
     /// Number of rows.
@@ -113,6 +120,34 @@ impl Table {
 }
 
 impl Column {
+    /// Values under their name, with a unit.
+    #[must_use]
+    pub fn new(unit: Option<Cow<'static, str>>, values: Series) -> Self {
+        Self { unit, values }
+    }
+
+    /// Other values with its unit.
+    #[must_use]
+    pub fn with_values(&self, values: Series) -> Self {
+        Self::new(self.unit.clone(), values)
+    }
+
+    /// Whether name, type and unit are the same.
+    #[must_use]
+    pub fn is_like(&self, other: &Self) -> bool {
+        self.name() == other.name()
+            && self.unit == other.unit
+            && self.values.dtype() == other.values.dtype()
+    }
+
+    /// Adds the rows of another behind its own.
+    ///
+    /// # Errors
+    /// They have another type.
+    pub fn append(&mut self, other: &Self) -> PolarsResult<()> {
+        self.values.append(&other.values).map(|_| ())
+    }
+
     /// Its name.
     #[must_use]
     pub fn name(&self) -> &str {

@@ -2,6 +2,7 @@
 
 use std::io;
 
+use polars::prelude::PolarsError;
 use pyo3::create_exception;
 use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
@@ -39,6 +40,11 @@ impl std::error::Error for Mistake {}
 pub(crate) fn exception(error: &anyhow::Error) -> PyErr {
     let text = in_python(&error_text(error));
     Python::attach(|py| of_kind(py, kind_of(error), &text))
+}
+
+/// The exception of an error of polars.
+pub(crate) fn of_polars(error: PolarsError) -> PyErr {
+    exception(&error.into())
 }
 
 /// The exception of a kind.

@@ -172,7 +172,7 @@ impl Fleet {
     /// The answer to a question in SQL over the tables ``logs``, ``events`` and ``comparisons``, as of ``tipwatch query``.
     fn query(&self, py: Python<'_>, sql: &str) -> PyResult<Table> {
         let answer =
-            py.detach(|| query(&self.out, sql).and_then(|answer| Table::of(&answer.table()?)));
+            py.detach(|| query(&self.out, sql).and_then(|answer| Ok(answer.table()?.into())));
         answer.map_err(|error| exception(&error))
     }
 
