@@ -154,3 +154,30 @@ fn an_analysis_without_a_commissioning_says_so() {
     let report = fs::read_to_string(folder.path().join("out/report.html")).unwrap();
     assert!(report.contains("not commissioned"));
 }
+
+/// No wrong position between the motion of the machine and its limits is found by them.
+#[test]
+fn limits_far_beyond_the_motion_of_the_drive_are_told() {
+    let (folder, path) = machine(|text| text);
+    let noted = || {
+        let (_, shown) = check(&path, "commissioning.mcap", None);
+        let mut notes = shown.lines().filter(|line| line.contains("moved from"));
+        notes.next().unwrap_or_default().to_owned()
+    };
+    let of_lift = "lift (-10.00 to 10.00, moved from ";
+    let note = noted();
+    let (_, used) = note.split_once(of_lift).expect(&note);
+    let (from, used) = used.split_once(" to ").unwrap();
+    let (to, _) = used.split_once(')').unwrap();
+    let urdf = folder.path().join("commissioning.urdf");
+    let text = fs::read_to_string(&urdf).unwrap();
+    let (before, lift) = text.split_once("<joint name='lift'").unwrap();
+    let limits = format!("lower='{from}' upper='{to}'");
+    let lift = lift.replacen("lower='-10' upper='10'", &limits, 1);
+    fs::write(&urdf, format!("{before}<joint name='lift'{lift}")).unwrap();
+    let note = noted();
+    assert!(
+        note.contains("slew (") && !note.contains("lift ("),
+        "{note}"
+    );
+}

@@ -11,6 +11,7 @@ use tipwatch_binding::hex;
 use tipwatch_live::node::{Housekeeping, Receiver};
 use tipwatch_live::system::supervisor::Supervisor;
 use tipwatch_live::wire::topics::{Wire, WireMachine, WireVerdict};
+use tipwatch_mechanics::machine::Proof;
 
 use crate::support::killing::files;
 use crate::support::{Process, World, data};
@@ -102,6 +103,10 @@ fn sessions_carry_the_hashes_of_programs_options_and_files() {
                 published.urdf_sha256,
             ] {
                 assert!(text.contains(&hex(&hash)), "{text}");
+            }
+            for proof in Proof::OTHERS {
+                assert!(text.contains(proof.stem()), "{text}");
+                assert!(text.contains(&proof.way(|_| String::new())), "{text}");
             }
         }
         let metadata = recorder_metadata(&bytes);

@@ -58,6 +58,11 @@ fn assert_same_row(line: &str, analysis: &Analysis, row: usize) {
     assert_eq!(value["basis"], verdict.basis.name());
     let unproven = verdict.unproven.names(&analysis.machine);
     assert_eq!(value["unproven"], serde_json::json!(unproven));
+    let joints = analysis.machine.joints();
+    let name = |joint: usize| joints[joint].name.clone();
+    let ways = verdict.unproven.iter(joints.len());
+    let ways: Vec<String> = ways.map(|proof| proof.way(name)).collect();
+    assert_eq!(value["proven_by"], serde_json::json!(ways));
     let standing = analysis.rows.machine_at(row).map(|on| {
         let names = on.wheels().iter().map(|wheel| wheel.name.to_lowercase());
         names.collect::<Vec<_>>()

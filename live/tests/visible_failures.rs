@@ -595,3 +595,49 @@ fn arm_that_froze_is_not_trusted_after_a_restart_until_it_is_measured_again() {
     assert!(rows.iter().skip(10).all(|row| row.doubted == 0));
     assert!(rows.iter().all(|row| row.verdict().level != Level::Fault));
 }
+
+/// The encoder of the slew stops for two seconds while it turns, and counts on from there.
+fn slew_loses_counts(feed: &mut Feed<Steered>) {
+    let (next, place) = (feed.next, feed.place_of("slew"));
+    let is_of_joints = |it: &&mut WireSample| it.kind == Kind::Joints as u32;
+    let mut joints = feed.samples[next..].iter_mut().filter(is_of_joints);
+    let last = *joints.next().unwrap();
+    let mut lost = 0.0;
+    for sample in joints {
+        if sample.log_time_ns < last.log_time_ns + 2_000_000_000 {
+            lost = sample.values[place] - last.values[place];
+            sample.values[place] = last.values[place];
+            sample.values[place + sample.value_count as usize / 2] = 0.0;
+        } else {
+            sample.values[place] -= lost;
+        }
+    }
+    assert!(lost.abs() > 0.5, "{lost}");
+}
+
+/// Whatever the arm does afterwards: it may be off by anything.
+// requirement: TW-VERDICT-31
+#[test]
+fn joint_that_has_lost_counts_is_doubted_until_a_person_trusts_it() {
+    let bench = Bench::new("counts");
+    let slew = bench.slew;
+    let mut feed = feed(&bench.node, bench.machine, bench.monitor());
+    // it turns alone
+    let start_ns = feed.samples[0].log_time_ns + 36_000_000_000;
+    let stops = feed.samples.iter().position(|it| it.log_time_ns > start_ns);
+    feed.rows(stops.unwrap());
+    slew_loses_counts(&mut feed);
+    let left = bench.samples - feed.next - 600;
+    let rows = feed.rows(left);
+    let last_ns = rows.last().unwrap().time_ns;
+    assert!(last_ns > rows[0].time_ns + 10_000_000_000);
+    let (first, later) = rows.split_at(rows.len() / 3);
+    assert!(!doubts(&first[0], slew));
+    assert!(later.iter().all(|row| doubts(row, slew)));
+    let seen = *later.last().unwrap();
+    let mut sender: Sender<WireAcknowledge> = bench.node.sender(0, 0).unwrap();
+    let mut message = WireAcknowledge::of_signals(&seen, [slew].into_iter().collect());
+    sender.send_for(feed.hash, &mut message).unwrap();
+    let trusted = feed.rows(300);
+    assert!(!doubts(trusted.last().unwrap(), slew));
+}

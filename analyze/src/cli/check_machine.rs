@@ -82,7 +82,8 @@ pub(super) fn run(args: &CheckMachineArgs, terminal: Terminal) -> Result<Exit> {
     match check {
         Ok(check) => {
             let exit = exit.and(exit_of_weighings(&check));
-            check_machine::print(&check.with_commissioning(&commissioned.file), args.json)?;
+            let check = check.with_commissioning(&commissioned.file, commissioned.unused_limits);
+            check_machine::print(&check, args.json)?;
             if !args.json {
                 to_stdout(&format!("\n{text}"))?;
             }

@@ -10,6 +10,7 @@
 //! | `verdict`, `verdict_latched` | the current level, and the level to act on |
 //! | `basis` | what the level stands on: `proven`, `assumed` or `doubted` |
 //! | `unproven` | what the loads hang on that nothing has proven |
+//! | `proven_by` | for each of these, the motion or the statement that would prove it |
 //! | `faults`, `cautions` | problems of the input since the last row |
 //! | `held_faults`, `held_cautions`, `held_reasons` | what the level rests on: a level outlasts its causes |
 //! | `valid`, `reasons` | whether the row is valid, and why not |
@@ -243,6 +244,7 @@ impl Serialize for Line<'_> {
         map.serialize_entry("verdict_latched", verdict.verdict().latched_level.name())?;
         map.serialize_entry("basis", verdict.verdict().basis.name())?;
         map.serialize_entry("unproven", &self.names.unproven(verdict))?;
+        map.serialize_entry("proven_by", &self.names.proven_by(verdict))?;
         map.serialize_entry("doubted", &self.names.doubted(verdict))?;
         map.serialize_entry("doubted_loads", &self.names.doubted_loads(verdict))?;
         map.serialize_entry("load_explanations", &self.names.load_explanations(verdict))?;

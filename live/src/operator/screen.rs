@@ -41,14 +41,15 @@ pub(super) fn draw(frame: &mut Frame<'_>, view: &View) {
         return;
     };
     let wheels = view.names.wheels.len() as u16;
-    let proof = missing_proof(view, verdict);
+    let proof = missing_proofs(view, verdict);
     let inside = frame.area().width.saturating_sub(2).max(1);
     let proof_lines = proof.as_ref().map_or(0, |proof| lines_of(proof, inside));
     let [level, margin, loads, health] = Layout::vertical([
         Constraint::Length(5 + proof_lines),
         Constraint::Length(3),
         Constraint::Length(2 * wheels + 1),
-        Constraint::Min(7),
+        // what is not proven is shown whole
+        Constraint::Fill(1),
     ])
     .areas(frame.area());
     draw_level(frame, level, view, verdict, proof);
@@ -162,14 +163,11 @@ fn draw_level(
     frame.render_widget(level, area);
 }
 
-/// What is not proven, and what would prove the first of it; `None` if there is nothing, or where the basis is in doubt.
-fn missing_proof(view: &View, verdict: &WireVerdict) -> Option<String> {
-    let (names, shown) = (&view.names, verdict.verdict());
-    let mut proofs = shown.unproven.iter(names.joints.len());
-    let first = proofs.next().filter(|_| shown.basis == Basis::Assumed)?;
-    let unproven = names.unproven(verdict).join(", ");
-    let way = first.way(|joint| names.joint(joint));
-    Some(format!("not proven: {unproven} ({way})"))
+/// What is not proven, and what would prove it; `None` if there is nothing, or where the basis is in doubt.
+fn missing_proofs(view: &View, verdict: &WireVerdict) -> Option<String> {
+    let missing = view.names.missing_proofs_text(verdict);
+    let is_shown = verdict.verdict().basis == Basis::Assumed && !missing.is_empty();
+    is_shown.then(|| format!("not proven: {missing}"))
 }
 
 fn draw_margin(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVerdict) {
@@ -426,14 +424,24 @@ mod tests {
         let verdict = view.verdict.as_mut().unwrap();
         verdict.level = Level::Assumed as u32;
         verdict.basis = Basis::Assumed as u32;
-        let proofs = [Proof::AngularVelocity, Proof::Ground, Proof::Payload];
+        view.names.joints = vec!["slew".into(), "lift".into()];
+        let proofs = [
+            Proof::AngularVelocity,
+            Proof::Ground,
+            Proof::Payload,
+            Proof::Joint(0),
+            Proof::Joint(1),
+        ];
         verdict.unproven = proofs.into_iter().collect::<Proofs>().bits();
         let text = drawn(&view);
         let words: Vec<&str> = text.split_whitespace().filter(|it| it.len() > 3).collect();
-        let way = Proof::AngularVelocity.way(|_| String::new());
-        for word in way.split(' ').filter(|word| word.len() > 3) {
-            let is_shown = words.iter().any(|shown| shown.contains(word));
-            assert!(is_shown, "{word} in\n{text}");
+        for proof in proofs {
+            let told =
+                proof.name(|joint| view.names.joint(joint)) + " " + &proof.way(|_| String::new());
+            for word in told.split(' ').filter(|word| word.len() > 3) {
+                let is_shown = words.iter().any(|shown| shown.contains(word));
+                assert!(is_shown, "{word} in\n{text}");
+            }
         }
         // an alarm tells on what it stands, too
         view.verdict.as_mut().unwrap().level = Level::Notice as u32;

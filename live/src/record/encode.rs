@@ -1,6 +1,7 @@
 //! Samples, verdicts and commands as ROS 2 messages, bit for bit.
 
 use tipwatch_binding::hex;
+use tipwatch_mechanics::machine::Proof;
 use tipwatch_mechanics::state::{Sample, Sensor};
 use tipwatch_suspension::MAX_ACTUATORS;
 
@@ -95,7 +96,19 @@ pub(super) fn program(wire: &WireMachine) -> Vec<u8> {
     numbers(&mut cdr, &wire.known_joints[..count]);
     cdr.list(&wire.known_stamps_us[..count]);
     cdr.list(&wire.known_positions[..count]);
+    let names = Names::try_from(wire).unwrap_or_default();
+    let proofs = || Proof::all(names.joints.len());
+    let joint = |joint: usize| names.joint(joint);
+    texts(&mut cdr, proofs().map(|proof| proof.name(joint)));
+    texts(&mut cdr, proofs().map(|proof| proof.way(joint)));
     cdr.finish()
+}
+
+/// A sequence of texts.
+fn texts(cdr: &mut Cdr, texts: impl Iterator<Item = String>) {
+    let texts: Vec<String> = texts.collect();
+    cdr.u32(texts.len() as u32);
+    texts.iter().for_each(|text| cdr.text(text));
 }
 
 /// A sequence of whole numbers.

@@ -170,7 +170,7 @@ pub(super) const COMMAND_LISTS: Fields<WireCommand, [f64; MAX_ACTUATORS]> =
     fields![opening, measured, reference, velocity, target];
 
 /// What the monitor is: hashes in hexadecimal, empty where unknown. It stands at the beginning of every file, and where
-/// another monitor goes on.
+/// another monitor goes on. The lists of proofs are in the order of the bits of `unproven` in the verdict.
 pub(super) fn program() -> Topic {
     Topic {
         name: monitor_topic::PROGRAM.into(),
@@ -178,7 +178,8 @@ pub(super) fn program() -> Topic {
         definition: format!(
             "std_msgs/Header header\nstring version\nstring options\nstring program_sha256\nstring options_sha256\n\
              string machine_sha256\nstring urdf_sha256\nstring commissioning_sha256\nuint64 source\nuint32 {}\nuint32[] {}\n\
-             float64[] {}\nfloat64[] {}\nuint32 {}\nuint32[] {}\nfloat64[] {}\nfloat64[] {}{HEADER}",
+             float64[] {}\nfloat64[] {}\nuint32 {}\nuint32[] {}\nfloat64[] {}\nfloat64[] {}\nstring[] proof_names\n\
+             string[] proof_ways{HEADER}",
             monitor_topic::DOUBTED_COUNT_FIELD,
             monitor_topic::DOUBTED_FIELDS[0],
             monitor_topic::DOUBTED_FIELDS[1],

@@ -57,6 +57,38 @@ impl Names {
         self.named(verdict.verdict().unproven)
     }
 
+    /// What would prove each of these, in the same order.
+    #[must_use]
+    pub fn proven_by(&self, verdict: &WireVerdict) -> Vec<String> {
+        let unproven = verdict.verdict().unproven.iter(self.joints.len());
+        let ways = unproven.map(|proof| proof.way(|joint| self.joint(joint)));
+        ways.collect()
+    }
+
+    /// What is not proven, and what would prove it, as text: joints together. Empty if there is nothing.
+    #[must_use]
+    pub fn missing_proofs_text(&self, verdict: &WireVerdict) -> String {
+        let unproven = verdict.verdict().unproven.iter(self.joints.len());
+        let (joints, others): (Vec<Proof>, Vec<Proof>) =
+            unproven.partition(|proof| matches!(proof, Proof::Joint(_)));
+        let name = |proof: &Proof| proof.name(|joint| self.joint(joint));
+        let with_way = |proof: &Proof| {
+            let way = proof.way(|joint| self.joint(joint));
+            format!("{} ({way})", name(proof))
+        };
+        let mut texts: Vec<String> = others.iter().map(with_way).collect();
+        match joints.as_slice() {
+            [] => {}
+            [joint] => texts.push(with_way(joint)),
+            [first, ..] => {
+                let names: Vec<String> = joints.iter().map(name).collect();
+                let way = first.way(|_| "each of these".into());
+                texts.push(format!("{} ({way})", names.join(", ")));
+            }
+        }
+        texts.join(", ")
+    }
+
     /// Names of the signals that are doubted since they failed visibly.
     #[must_use]
     pub fn doubted(&self, verdict: &WireVerdict) -> Vec<String> {

@@ -152,9 +152,10 @@ impl MachineCheck {
         (self.agreement.as_ref()).is_some_and(|agreement| agreement.contradict_each_other)
     }
 
-    /// The same with the result of a commissioning.
+    /// The same with the result of a commissioning, and a note on its motion.
     #[must_use]
-    pub fn with_commissioning(mut self, result: &Commissioning) -> Self {
+    pub fn with_commissioning(mut self, result: &Commissioning, note: Option<String>) -> Self {
+        self.notes.extend(note);
         self.commissioning = Some(Commissioned {
             items: result.items.clone(),
             explanations: result.explanations.clone(),

@@ -4,11 +4,16 @@ use std::path::Path;
 
 use anyhow::Result;
 use tipwatch_binding::{Commissioning, CommissioningSource, MachineFile, Urdf, sha256};
-use tipwatch_calibration::commissioning::{Answers, Assessment, Recording, assess};
+use tipwatch_calibration::commissioning::{Answers, Assessment, Recording, Status, assess};
+use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::state::Sensor;
 
 use crate::base::file_hash::{FileHash, hash_log};
 use crate::base::options::Estimator;
 use crate::load::load;
+
+/// Limits so many times as wide as the motion that has proven a joint leave room for wrong positions.
+const WIDER: f64 = 2.0;
 
 /// What a log shows, for people and as a file.
 #[derive(Debug)]
@@ -19,6 +24,8 @@ pub struct LogCommissioning {
     pub file: Commissioning,
     /// Whether parts of the log were lost.
     pub has_losses: bool,
+    /// The joints whose limits are far wider than the motion that has proven them, as a sentence.
+    pub unused_limits: Option<String>,
 }
 
 /// Assesses the samples of a log.
@@ -30,7 +37,15 @@ pub fn from_log(path: &Path, file: &MachineFile) -> Result<LogCommissioning> {
     let loaded = load(&log, file, Estimator::Causal, &mut |_| {})?;
     let sensors = &loaded.matched.sensors;
     let mut recording = Recording::new(sensors);
+    let mut used = vec![[f64::INFINITY, f64::NEG_INFINITY]; loaded.machine.joints().len()];
     loaded.for_each_arrival(|sample| {
+        if let Sensor::Joints(stream) = sample.sensor {
+            for (&joint, &position) in sensors.joints[stream].joints.iter().zip(sample.values) {
+                // no number is neither less nor more
+                let [least, most] = used[joint];
+                used[joint] = [least.min(position), most.max(position)];
+            }
+        }
         // A sample with a damaged stamp shows nothing; the others count.
         let _ = recording.push(sample);
     })?;
@@ -55,7 +70,35 @@ pub fn from_log(path: &Path, file: &MachineFile) -> Result<LogCommissioning> {
     };
     Ok(LogCommissioning {
         file: Commissioning::new(file, &urdf, source, &assessment),
+        unused_limits: unused_limits(&loaded.machine, &used, &assessment),
         has_losses: !loaded.losses.is_empty(),
         assessment,
+    })
+}
+
+/// Names the joints of which the drive has proven the sign within a small part of their limits. `used`: least and largest position
+/// of each joint.
+fn unused_limits(machine: &Machine, used: &[[f64; 2]], assessment: &Assessment) -> Option<String> {
+    let is_proven = |name: &str| {
+        let key = format!("joint.{name}.sign");
+        let mut items = assessment.items.iter();
+        items.any(|item| item.key == key && item.status == Status::Proven)
+    };
+    let joints = machine.joints().iter().zip(used);
+    let named = joints.filter_map(|(joint, [from, to])| {
+        let [least, most] = joint.limits?;
+        let is_wide = most - least > WIDER * (to - from) && is_proven(&joint.name);
+        is_wide.then(|| {
+            let name = &joint.name;
+            format!("{name} ({least:.2} to {most:.2}, moved from {from:.2} to {to:.2})")
+        })
+    });
+    let named: Vec<String> = named.collect();
+    (!named.is_empty()).then(|| {
+        format!(
+            "Limits in the URDF more than {WIDER} times as wide as the motion in this log: {}. A wrong position within them is not found \
+             by its limits. If the machine does not go there, state how far it goes.",
+            named.join(", ")
+        )
     })
 }

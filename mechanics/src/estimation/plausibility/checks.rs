@@ -129,9 +129,12 @@ impl Plausibility {
     /// is not among them and stays doubted: it is not mended. What nothing but a person says is not proven before the motion shows it.
     pub fn trust(&mut self, signals: Proofs) -> Proofs {
         let signals = signals.without(self.signals.repeating());
-        self.trusted = self.only_trusted().with(signals);
-        let before = self.proven_before_trust.without(signals);
-        let proven = self.relations.proven().shared_with(signals);
+        // what a person says again takes nothing back, unless the signal has failed since
+        let failed: Proofs = self.doubts().map(|doubt| doubt.signal).collect();
+        let anew = signals.without(self.trusted.without(failed));
+        self.trusted = self.trusted.with(signals);
+        let before = self.proven_before_trust.without(anew);
+        let proven = self.relations.proven().shared_with(anew);
         self.proven_before_trust = before.with(proven);
         self.signals.trust(signals);
         self.relations.trust(signals);

@@ -61,6 +61,16 @@ impl Flicker {
         self.run == 0 && self.is_fine()
     }
 
+    /// Mean change at rest, before the present run.
+    pub(super) fn noise(&self) -> f64 {
+        self.change
+    }
+
+    /// How often the position repeated itself between two changes at rest.
+    pub(super) fn repeats(&self) -> f64 {
+        self.kept / self.changed.max(1.0)
+    }
+
     /// Whether the position is known to be finer than its noise.
     fn is_fine(&self) -> bool {
         let noise = noise_against_motion(self.changed, self.changes - self.changed);

@@ -4,6 +4,7 @@ use super::fault::Component;
 use super::flicker::Flicker;
 use super::notice::{Found, Limits, Notice};
 use super::outliers::Outliers;
+use super::pace::Pace;
 use crate::estimation::turns::shorter_way;
 use crate::machine::FaultKind;
 
@@ -26,6 +27,9 @@ const HARMLESS_RATE: [f64; 2] = [0.3, 3.0];
 /// Acceleration that a step between two positions does not exceed without being an outlier, where no velocity is measured
 /// (rad/s^2 or m/s^2).
 const USUAL_ACCELERATION: f64 = 10.0;
+/// What noise explains of the difference between two positions, as a multiple of the mean change at rest: some four standard
+/// deviations.
+const NOISE: f64 = 5.0;
 
 /// Limits of a joint.
 #[derive(Debug, Clone, Copy)]
@@ -72,6 +76,7 @@ pub(super) struct JointWatch {
     run_since_ns: i64,
     agreement: Agreement,
     flicker: Flicker,
+    pace: Pace,
     outliers: Outliers<1>,
     rate_outliers: Outliers<1>,
 }
@@ -94,6 +99,13 @@ struct Frozen {
     was_before: bool,
     /// NaN before the first sample.
     position: f64,
+    /// When it showed that last.
+    last_ns: i64,
+    /// How it moved when it froze (rad/s or m/s); zero if it rested.
+    rate: f64,
+    /// Mean change at rest before, and the usual time between changes (s).
+    noise: f64,
+    interval_s: f64,
 }
 
 /// A sample of the joint.
@@ -135,6 +147,7 @@ impl JointWatch {
         Self {
             limits,
             flicker: Flicker::new(threshold),
+            pace: Pace::default(),
             outliers: Outliers::new(2.0 * POSITION_ALLOWANCE),
             rate_outliers: Outliers::new(harmless_rate),
             good: None,
@@ -193,6 +206,10 @@ impl JointWatch {
             since_ns: i64::MAX,
             was_before: true,
             position: f64::NAN,
+            last_ns: i64::MAX,
+            rate: 0.0,
+            noise: 0.0,
+            interval_s: 0.0,
         });
     }
 
@@ -265,6 +282,9 @@ impl JointWatch {
         } else {
             f64::NAN
         };
+        if is_credible {
+            self.check_lost_counts(here, limits, found);
+        }
         if is_credible && !self.check_agreement(stamp_ns, position, rate, limits, found) {
             self.check_flicker(stamp_ns, position, works, limits, found);
         }
@@ -297,6 +317,10 @@ impl JointWatch {
         if self.limits.spins_wheel {
             return;
         }
+        if self.run == 1 {
+            let wraps = self.limits.wraps;
+            (self.pace).take(stamp_ns, position, limits, |a, b| step(wraps, a, b));
+        }
         let rests = !self.moves;
         let stopped = (self.flicker).stopped_ns(stamp_ns, position, rests, works, limits);
         // whatever works meanwhile, it is measured again when it shows something else
@@ -305,12 +329,17 @@ impl JointWatch {
             (Some(frozen), _) if frozen.position.is_nan() => Some(Frozen {
                 since_ns: stamp_ns,
                 position,
+                last_ns: stamp_ns,
                 ..frozen
             }),
             (_, Some(since_ns)) => Some(Frozen {
                 since_ns,
                 was_before: false,
                 position,
+                last_ns: stamp_ns,
+                rate: self.pace.beyond(NOISE * self.flicker.noise()),
+                noise: self.flicker.noise(),
+                interval_s: self.period_s * (1.0 + self.flicker.repeats()),
             }),
             _ => None,
         };
@@ -332,6 +361,64 @@ impl JointWatch {
                     ),
             );
         }
+    }
+
+    /// Whether the first value after a stop shows that it has lost counts: see [`Self::lost`].
+    fn check_lost_counts(&mut self, here: Held, limits: &Limits, found: &mut Found<'_>) {
+        let Some(mut frozen) = self.frozen else {
+            return;
+        };
+        if frozen.position == here.position {
+            frozen.last_ns = here.stamp_ns;
+        } else {
+            if let Some([by, moved]) = self.lost(&frozen, here, limits) {
+                found(Notice::offset(frozen.since_ns, by, moved));
+                // what the velocities say of that time is the same
+                self.agreement = Agreement {
+                    quiet_ns: here.stamp_ns,
+                    ..Agreement::default()
+                };
+            }
+            // later values say nothing of it
+            frozen.rate = 0.0;
+        }
+        self.frozen = Some(frozen);
+    }
+
+    /// By how much it is off, and what of that may be motion, if it moved when it froze and now goes on from there as its motion since
+    /// the last repeat explains: an encoder that lost counts. An absolute one comes back with a step.
+    ///
+    /// How it moved meanwhile is not known: the mean of the velocities before and after says about how far, where it has not turned
+    /// round. So all of that may be motion.
+    fn lost(&self, frozen: &Frozen, here: Held, limits: &Limits) -> Option<[f64; 2]> {
+        if frozen.rate == 0.0 {
+            return None;
+        }
+        let after = match here.rate.abs() <= self.limits.max_velocity {
+            true => here.rate,
+            false => frozen.rate,
+        };
+        let fastest = frozen.rate.abs().max(after.abs());
+        let since_s = limits
+            .elapsed_s(frozen.last_ns, here.stamp_ns)
+            .max(frozen.interval_s);
+        let explained = 2.0 * fastest * since_s + NOISE * frozen.noise;
+        let goes_on = self.step(frozen.position, here.position).abs() <= explained;
+        let moved = explained + 2.0 * POSITION_ALLOWANCE;
+        let still_s = limits.elapsed_s(frozen.since_ns, frozen.last_ns);
+        let off = |rate: f64| {
+            let [least, greatest] =
+                (self.limits.range).unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+            // as far as it can have gone
+            let [least, greatest] = [least.min(frozen.position), greatest.max(frozen.position)];
+            frozen.position - (frozen.position + rate * still_s).clamp(least, greatest)
+        };
+        let [before, mean] = [frozen.rate, 0.5 * (frozen.rate + after)].map(off);
+        let by = match mean.abs() > moved {
+            true => mean,
+            false => moved.copysign(before),
+        };
+        (goes_on && before.abs() > moved).then_some([by, by.abs()])
     }
 
     /// It has not been measured since then: where it froze is no place that a motion leads on from, but as after a gap it cannot
@@ -368,6 +455,7 @@ impl JointWatch {
     /// No motion leads to what follows.
     fn forget_motion(&mut self, stamp_ns: i64) {
         (self.good_rate, self.last) = (None, None);
+        self.pace.restart();
         self.outliers.restart();
         self.rate_outliers.restart();
         self.agreement = Agreement {
@@ -635,10 +723,14 @@ impl JointWatch {
 
     /// Difference between two positions; for a joint without limits the shorter way round.
     fn step(&self, from: f64, to: f64) -> f64 {
-        match self.limits.wraps {
-            true => shorter_way(to - from),
-            false => to - from,
-        }
+        step(self.limits.wraps, from, to)
+    }
+}
+
+fn step(wraps: bool, from: f64, to: f64) -> f64 {
+    match wraps {
+        true => shorter_way(to - from),
+        false => to - from,
     }
 }
 
@@ -888,6 +980,127 @@ mod tests {
         assert!(offsets.is_empty() && last == 400, "{offsets:?} {last}");
         let (offsets, _) = freezes(3.5);
         assert!(offsets.len() == 1 && (offsets[0] - 3.0).abs() < 0.01);
+    }
+
+    /// By how much an encoder is off that flickers, moves at `pace` from 4 s on, rests from then on or from 7 s on, and repeats itself
+    /// between two times, unless nothing is sent in a part of that; `after`: what it shows after it beside where it is.
+    struct Repeats {
+        pace: f64,
+        rests_from: usize,
+        repeats: std::ops::Range<usize>,
+        hole: std::ops::Range<usize>,
+        after: f64,
+        every: usize,
+        resolution: f64,
+    }
+
+    const REPEATS: Repeats = Repeats {
+        pace: 0.3,
+        rests_from: 900,
+        repeats: 500..800,
+        hole: 0..0,
+        after: 0.0,
+        every: 1,
+        resolution: 1e-6,
+    };
+
+    impl Repeats {
+        fn offsets(&self, limits: JointLimits) -> Vec<f64> {
+            let is_at = |sample: usize| {
+                self.pace * 0.01 * (sample.clamp(400, self.rests_from) - 400) as f64
+            };
+            let shown = |sample: usize| {
+                let after = if sample < self.repeats.end {
+                    0.0
+                } else {
+                    self.after
+                };
+                let read = match self.repeats.contains(&sample) {
+                    true => self.repeats.start - 1,
+                    false => sample / self.every * self.every,
+                };
+                let noise = 1e-4 * ((read as f64 * 12.9898).sin() * 43_758.545_3).fract();
+                ((0.1 + is_at(read) + after + noise) / self.resolution).round() * self.resolution
+            };
+            let mut watch = JointWatch::new(limits, 25.0);
+            let (mut offsets, mut has_frozen) = (Vec::new(), false);
+            for sample in (0..1200).filter(|sample| !self.hole.contains(sample)) {
+                let values = [shown(sample), f64::NAN];
+                let stamp_ns = sample as i64 * 10_000_000;
+                watch.check(
+                    stamp_ns,
+                    values,
+                    true,
+                    &Limits::OF_TESTS,
+                    &mut |notice| match notice.kind {
+                        FaultKind::Contradiction => offsets.push(notice.measure),
+                        kind => has_frozen |= kind == FaultKind::Frozen,
+                    },
+                );
+            }
+            assert_eq!(has_frozen, self.resolution < 1e-4);
+            offsets
+        }
+    }
+
+    #[test]
+    fn what_froze_in_motion_and_goes_on_from_there_has_lost_counts() {
+        let off = |of: Repeats, limits: JointLimits| of.offsets(limits);
+        let is = |found: Vec<f64>, by: f64| {
+            assert!(
+                found.len() == 1 && (found[0] - by).abs() < 0.025,
+                "{found:?} {by}"
+            );
+        };
+        let lost = Repeats {
+            after: -0.9,
+            ..REPEATS
+        };
+        is(off(lost, LIMITS), -0.9);
+        // a slow one that is read every fifth sample, and one that nobody hears of for a time
+        let slow = Repeats {
+            pace: 0.1,
+            every: 5,
+            after: -0.3,
+            ..REPEATS
+        };
+        is(off(slow, LIMITS), -0.3);
+        let hole = Repeats {
+            hole: 700..740,
+            after: -0.9,
+            ..REPEATS
+        };
+        is(off(hole, LIMITS), -0.9);
+        // it cannot have gone beyond its limit, which is 0.2 further than where it froze
+        let limits = JointLimits {
+            range: Some([-1.0, 0.6]),
+            ..LIMITS
+        };
+        let stopped = Repeats {
+            rests_from: 566,
+            after: -0.198,
+            ..REPEATS
+        };
+        is(off(stopped, limits), -0.2);
+    }
+
+    #[test]
+    fn what_froze_and_comes_back_or_rested_has_lost_nothing() {
+        let off = |of: Repeats| of.offsets(LIMITS);
+        assert_eq!(off(REPEATS), [] as [f64; 0], "an absolute one");
+        let rests = Repeats {
+            rests_from: 450,
+            ..REPEATS
+        };
+        assert_eq!(off(rests), [] as [f64; 0]);
+        // steps wider than the noise repeat in motion, too
+        let coarse = Repeats {
+            pace: 0.02,
+            resolution: 0.01,
+            repeats: 1..1,
+            ..REPEATS
+        };
+        assert_eq!(off(coarse), [] as [f64; 0]);
     }
 
     #[test]

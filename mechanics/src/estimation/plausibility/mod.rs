@@ -19,6 +19,7 @@
 //! | `disagreement` | joints | the change of position differs from the integral of the velocity |
 //! | `disagreement` | attitude of the IMU | gravity according to the attitude differs from the specific force |
 //! | `contradiction` | joints | the position jumped and stays: before or since then it is wrong |
+//! | `contradiction` | joints | it froze in motion and goes on from there: it has lost counts |
 //! | `contradiction` | attitude of the IMU | the inclination jumped and stays, and the gyro did not turn |
 //! | `contradiction` | arm and gyro | the platform does not lean on its tyres as the motion of the arm requires |
 //! | `contradiction` | gyro and attitude | the attitude turns otherwise than the angular velocity |
@@ -40,6 +41,7 @@ mod gravity;
 mod joint;
 mod notice;
 mod outliers;
+mod pace;
 mod relations;
 mod signal_doubt;
 mod signals;

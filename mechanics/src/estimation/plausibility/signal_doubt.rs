@@ -11,7 +11,8 @@ pub struct SignalDoubt {
     /// By how much it is off (rad, m or m/s^2; signed): the sum of the jumps of a joint, or how far the mean length of the
     /// specific force is beyond what is possible. Zero of a joint that stopped to be measured: how far it is off is unknown.
     pub by: f64,
-    /// What of that may be motion (same unit): with a sum of jumps that is not larger, the joint is back.
+    /// What of that may be motion (same unit): after a jump back to a sum that is not larger, the joint is back. All of it, of a joint that
+    /// has lost counts.
     pub moved: f64,
 }
 

@@ -125,6 +125,8 @@ struct Alternative {
     evidence: Evidence,
     /// What speaks for sound sensors instead: of an offset, which something suggests, this decides, too.
     refuted: Evidence,
+    /// Of an encoder that stopped: whether that was the likelier explanation when it moved again. It may have lost its zero.
+    had_stopped: bool,
 }
 
 /// The joints whose motion leans a platform. Steering leans nothing: turns show it.
@@ -184,6 +186,7 @@ impl LeanRelation {
             offset: None,
             evidence: Evidence::default(),
             refuted: Evidence::default(),
+            had_stopped: false,
         };
         Some(Self {
             model,
@@ -229,6 +232,15 @@ impl LeanRelation {
             (it.evidence, it.refuted) = (Evidence::default(), Evidence::default());
             // its posture is not the one noted at the beginning of the window
             self.before = None;
+        }
+    }
+
+    /// That joint is right where it is now: a person says so, or the platform leans as it shows.
+    pub(super) fn trust(&mut self, joint: usize) {
+        let stopped = Explanation::JointStopped(joint);
+        let alternatives = self.alternatives.iter_mut();
+        for it in alternatives.filter(|it| it.explanation == stopped && it.had_stopped) {
+            (it.had_stopped, it.evidence) = (false, Evidence::default());
         }
     }
 
@@ -386,6 +398,12 @@ impl LeanRelation {
         self.sound.drift(drift);
         let sound = compared.take(&mut self.sound, &compared.measured, a, Vector2::zeros());
         let at_rest = self.model.lean_with(&[], up);
+        // sound sensors, or a load that was taken up, which leans the platform though no joint moves
+        let loads = self.alternatives.iter();
+        let loaded = loads
+            .filter(|it| it.explanation == Explanation::UnstatedLoad)
+            .map(|it| it.evidence.log_odds(LOADED_BEFOREHAND))
+            .fold(0.0, f64::max);
         for it in &mut self.alternatives {
             if it.is_asleep() {
                 continue;
@@ -412,6 +430,8 @@ impl LeanRelation {
                     let moved = (position - it.position).abs();
                     it.position = position;
                     if moved > MOVES {
+                        // that it moves again says nothing of where it was
+                        it.had_stopped |= it.evidence.log_odds(BEFOREHAND) > loaded;
                         it.evidence.add(compared.start_ns, REFUTED, threshold);
                         continue;
                     }
@@ -494,14 +514,14 @@ impl LeanRelation {
         open.fold(self.signals_of(Explanation::Other), Proofs::without)
     }
 
-    /// What an alternative is about that is the more likely one by now, against [`BEFOREHAND`].
+    /// What an alternative is about that is the more likely one by now, against [`BEFOREHAND`], or was, of an encoder that moves again.
     pub(super) fn disputed(&self) -> Proofs {
         let likely = self.alternatives.iter().filter(|it| {
             let beforehand = match it.explanation {
                 Explanation::UnstatedLoad => LOADED_BEFOREHAND,
                 _ => BEFOREHAND,
             };
-            it.evidence.disputes(beforehand)
+            it.had_stopped || it.evidence.disputes(beforehand)
         });
         let signals = likely.map(|it| self.signals_of(it.explanation));
         signals.fold(Proofs::NONE, Proofs::with)

@@ -305,15 +305,19 @@ impl Relations {
 
     /// A joint jumped in a session before, by so much, of which so much may be motion.
     pub(in crate::estimation) fn remember_offset(&mut self, joint: usize, by: f64, moved: f64) {
-        self.offsets.remember(joint, by, moved);
+        let supposed = self.offsets.remember(joint, by, moved);
         if let Some(lean) = &mut self.lean {
-            lean.suppose_offset(joint, Some(by));
+            lean.suppose_offset(joint, supposed);
         }
     }
 
     /// A person trusts these joints where they are now.
     pub(in crate::estimation) fn trust(&mut self, signals: Proofs) {
         if let Some(lean) = &mut self.lean {
+            let of_arm = self.arm.iter();
+            of_arm
+                .filter(|&&joint| signals.has(Proof::Joint(joint)))
+                .for_each(|&joint| lean.trust(joint));
             let joints = self.offsets.doubts().map(|doubt| doubt.signal);
             for signal in joints.filter(|&signal| signals.has(signal)) {
                 if let Proof::Joint(joint) = signal {

@@ -1,9 +1,11 @@
-//! Joints whose position jumped and stayed there: an encoder that was set anew, or slipped. It was wrong before, or is wrong
+//! Joints whose position jumped and stayed there: an encoder that was set anew, or slipped, or one that froze in motion and has lost
+//! counts. It was wrong before, or is wrong
 //! since then, by a constant. Both sides count for themselves, and rows since the jump are doubted, until
 //!
 //! - it jumps back: what it shows now agrees with what it showed at first, as far as the joint cannot have moved meanwhile;
 //! - the arm has moved so that the platform leans as the position requires, and not as one without the jump would
-//!   ([`super::lean`]). If it leans as the latter, that is a contradiction of its own, and the doubt stays.
+//!   ([`super::lean`]). If it leans as the latter, that is a contradiction of its own, and the doubt stays. Of one that has lost counts
+//!   the lean decides nothing: it is off by something else than what is supposed, too.
 
 use super::super::explanation::Explanation;
 use super::super::fault::{Finding, Part};
@@ -30,6 +32,14 @@ struct Offset {
     moved: f64,
 }
 
+impl Offset {
+    /// Whether it is known by how much the joint is off, so that the lean may decide between that and no offset. Of one that has lost
+    /// counts it is not.
+    fn is_determined(&self) -> bool {
+        self.by.abs() > self.moved
+    }
+}
+
 impl Offsets {
     /// None yet, and room for one of each joint.
     pub(super) fn new(machine: &Machine) -> Self {
@@ -52,15 +62,17 @@ impl Offsets {
         })
     }
 
-    /// A joint jumped before the first sample.
-    pub(super) fn remember(&mut self, joint: usize, by: f64, moved: f64) {
+    /// A joint jumped before the first sample. Returns by how much it is off, if that is known.
+    pub(super) fn remember(&mut self, joint: usize, by: f64, moved: f64) -> Option<f64> {
         self.standing.retain(|it| it.joint != joint);
-        self.standing.push(Offset {
+        let offset = Offset {
             joint,
             since_ns: None,
             by,
             moved,
-        });
+        };
+        self.standing.push(offset);
+        offset.is_determined().then_some(by)
     }
 
     /// A person trusts these joints where they are now.
@@ -83,7 +95,8 @@ impl Offsets {
             if let Some(joint) = jump(finding) {
                 self.add(joint, finding);
                 if let Some(lean) = &mut lean {
-                    lean.suppose_offset(joint, self.of(joint).map(|it| it.by));
+                    let known = self.of(joint).filter(|it| it.is_determined());
+                    lean.suppose_offset(joint, known.map(|it| it.by));
                 }
             }
         }
@@ -113,14 +126,20 @@ impl Offsets {
             }
             None => 0.0,
         };
-        if known.by.abs() <= known.moved + gone {
+        if returns && known.by.abs() <= known.moved + gone {
             self.standing.retain(|it| it.joint != joint);
         }
     }
 
     /// Ends the doubts that the lean of the platform refutes.
-    pub(super) fn end_refuted(&mut self, lean: &LeanRelation) {
-        self.standing.retain(|it| !lean.refutes_offset(it.joint));
+    pub(super) fn end_refuted(&mut self, lean: &mut LeanRelation) {
+        self.standing.retain(|it| {
+            let is_refuted = lean.refutes_offset(it.joint);
+            if is_refuted {
+                lean.trust(it.joint);
+            }
+            !is_refuted
+        });
     }
 
     fn of(&self, joint: usize) -> Option<&Offset> {
