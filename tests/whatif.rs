@@ -9,8 +9,8 @@ use tipwatch_analyze::compare::{Side, compare};
 use tipwatch_analyze::events::{Answer, Event, EventKind, ShownBy, Supposition};
 use tipwatch_analyze::report;
 use tipwatch_analyze::suspension::{
-    Summary, Suppositions, SuspensionMode, WhatIf, WhatIfOptions, replies, suppose, supposing,
-    what_if,
+    Summary, Suppositions, SuspensionMode, WhatIf, WhatIfOptions, caveats, replies, suppose,
+    supposing, what_if,
 };
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::{Quantity, State};
@@ -405,6 +405,33 @@ fn rows_as_supposed_follow_the_measured_forces() {
             "{more_kg} kg: {answered} {found}"
         );
     }
+}
+
+/// A crane works on its feet, of which no axle carries a share: another split changes nothing there, and that is told. Its lift
+/// has one answer, with however many lifts of B.
+#[test]
+fn a_split_without_effect_is_told_and_a_lift_has_one_answer() {
+    let split = Suppositions {
+        split: Some(0.3),
+        ..Suppositions::default()
+    };
+    let told = |name: &str| {
+        let log = data(name);
+        let file = MachineFile::read(&log.with_extension("toml")).unwrap();
+        let [recorded, supposed] = suppose(&log, &file, Options::default(), &split).unwrap();
+        let count = |of: &Suppositions| caveats(&recorded, &supposed, of).len();
+        let sides = [(&recorded, "as recorded"), (&supposed, "as supposed")];
+        let [a, b] = sides.map(|(analysis, name)| Side::of_analysis(analysis, name).unwrap());
+        let mut comparison = compare(&a, &b);
+        let answers = replies(&recorded, &supposed, &split);
+        comparison.suppose(&recorded.rows, &answers);
+        let pairs = comparison.events.iter();
+        let answered = pairs.filter(|pair| pair.supposed.is_some()).count();
+        assert_eq!(answered, answers.len(), "{name}");
+        count(&split) - count(&Suppositions::default())
+    };
+    assert_eq!(told("crane.mcap"), 1);
+    assert_eq!(told("tiny_lift.mcap"), 0);
 }
 
 /// A wheel that leaves the ground as the machine tips carries nothing, though held to the ground with all others it would: the

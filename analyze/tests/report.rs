@@ -175,6 +175,35 @@ fn no_lift_is_claimed_only_under_the_splits_that_exclude_one() {
     );
 }
 
+/// Flat ground and tyres are stated, so that the split is; the bands of the loads are wider than what they carry all the same. In the
+/// simulation wheel FL carried nothing for a moment.
+#[test]
+fn no_lift_is_excluded_that_the_band_of_a_load_allows() {
+    let with = |log: &str, machine: &str| {
+        let analysis = analysed(&data(log), &data(machine));
+        assert!(
+            analysis
+                .events
+                .iter()
+                .all(|event| event.kind != EventKind::WheelLift)
+        );
+        let wheels = analysis.digest.wheels.iter();
+        let least_n = wheels.map(|wheel| wheel.least_in_band.unwrap().least_n());
+        let least_n: Vec<f64> = least_n.collect();
+        let answer = words(section(&page(&analysis), "Summary"));
+        (least_n, answer)
+    };
+    let (least_n, answer) = with("coverage_14.mcap", "coverage.toml");
+    assert!(least_n[0] < -500.0 && least_n[1] > 0.0, "{least_n:?}");
+    assert!(!answer.contains("None in this log"), "{answer}");
+    for wheel in ["wheel FL: ", "wheel RL: "] {
+        assert!(answer.contains(wheel), "{wheel}: {answer}");
+    }
+    let (least_n, answer) = with("tiny.mcap", "tiny.toml");
+    assert!(least_n.iter().all(|least_n| *least_n > 500.0));
+    assert!(!answer.contains("Within the bands"), "{answer}");
+}
+
 #[test]
 fn two_hundred_input_faults_are_one_line_each_kind() {
     let mut analysis = analysis("tiny");
@@ -265,7 +294,15 @@ fn methods_validation_and_limitations_are_those_of_this_analysis() {
     assert!(!with.contains("loads are known in") && without.contains("loads are known in"));
     assert!(without.contains("No odometry was recorded"), "{without}");
     let page = page(&analysis);
-    assert!(words(section(&page, "Validation")).contains("drive, corner, brake 0.18 / 0.27 %"));
+    let validation = words(section(&page, "Validation"));
+    assert!(validation.contains("drive, corner, brake 0.18 / 0.27 %"));
+    assert!(!validation.contains("bogies"), "{validation}");
+    let of_bogies = words(section(
+        &self::page(&self::analysis("bogie_drive")),
+        "Validation",
+    ));
+    assert!(of_bogies.contains("bogies"), "{of_bogies}");
+    assert!(!of_bogies.contains("drive, corner, brake"), "{of_bogies}");
     assert!(words(section(&page, "Methods and assumptions")).contains("Newton-Euler"));
     for name in ["tiny", "bogie_drive", "forwarder6_bump"] {
         let text = words(&self::page(&self::analysis(name)));
@@ -312,6 +349,29 @@ fn a_fall_that_the_stated_machine_does_not_show_is_drawn_without_its_loads() {
     assert_eq!(marks(&drawing("tip_over")), [true; 4]);
 }
 
+/// A foot has no radius, and the cross over what is off the ground was a point.
+#[test]
+fn a_foot_off_the_ground_has_a_cross_and_no_load() {
+    let page = page(&analysis("crane"));
+    let summary = section(&page, "Summary");
+    let drawing = summary.split("<svg class=\"top-view\"").nth(1).unwrap();
+    let drawing = drawing.split("</svg>").next().unwrap();
+    let numbers = |line: &str| -> Vec<f64> {
+        let at = ["x1=\"", "x2=\"", "y1=\"", "y2=\""].map(|name| line.split(name).nth(1).unwrap());
+        at.map(|rest| rest.split('"').next().unwrap().parse().unwrap())
+            .to_vec()
+    };
+    let crosses: Vec<Vec<f64>> = (drawing.split("class=\"lifted\"").skip(1))
+        .map(numbers)
+        .collect();
+    assert_eq!(crosses.len(), 2, "{drawing}");
+    for cross in crosses {
+        assert!((cross[1] - cross[0]).abs() > 10.0, "{cross:?}");
+        assert!((cross[3] - cross[2]).abs() > 10.0, "{cross:?}");
+    }
+    assert!(drawing.contains(">0.0 kN<"), "{drawing}");
+}
+
 #[test]
 fn words_follow_the_kind_of_support() {
     let analysis = analysis("crane");
@@ -348,17 +408,28 @@ mod needs_browser {
     #[ignore = "needs Chromium and Python with websocket-client and axe-playwright-python"]
     fn the_report_works_in_a_browser() {
         let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/browser/report.py");
-        // lifts, a tip-over, feet beside raised wheels, a fall that the log ends in, nothing that happened
-        for name in [
+        let folder = TempDir::new().unwrap();
+        let whole = std::fs::read(data("tip_over.mcap")).unwrap();
+        let cut = folder.path().join("cut.mcap");
+        std::fs::write(&cut, &whole[..whole.len() * 3 / 4]).unwrap();
+        let demo = Path::new(env!("CARGO_MANIFEST_DIR")).join("demo");
+        // lifts, a tip-over, feet beside raised wheels, a fall that the log ends in, nothing that happened, few samples
+        let fixtures = [
             "swing_lift",
             "forwarder6_bump",
             "tip_over",
             "crane",
             "forklift",
             "side_reach",
-        ] {
+            "tiny",
+        ]
+        .map(|name| [format!("{name}.mcap"), format!("{name}.toml")].map(|name| data(&name)));
+        let others = [
+            [demo.join("demo.mcap"), demo.join("demo.toml")],
+            [cut, data("tip_over.toml")],
+        ];
+        for [log, machine] in fixtures.into_iter().chain(others) {
             let out = TempDir::new().unwrap();
-            let (log, machine) = (data(&format!("{name}.mcap")), data(&format!("{name}.toml")));
             for language in ["en", "de"] {
                 let out = out.path().join(language);
                 let arguments = ["analyze", text(&log), "--machine", text(&machine)];
@@ -485,6 +556,11 @@ fn a_machine_on_an_axle_with_a_pivot_stands_on_three_points() {
             .contains("class=\"lifted\"")
     );
     let text = words(&page);
+    // the answer names the wheel that the first sentences name
+    let (_, answer) = text.split_once("Which wheels left the ground?").unwrap();
+    let answer = answer.split("When was it?").next().unwrap();
+    assert!(answer.contains("FL (from"), "{answer}");
+    assert!(answer.contains("wheel RL"), "{answer}");
     assert!(!text.contains("no wheel was below its limit"));
     assert!(text.contains("each row with a wheel below its limit is not (tipping)"));
     assert!(text.contains("load split: by equilibrium alone;"));
@@ -550,6 +626,26 @@ fn a_machine_that_creeps_is_told_with_its_speed() {
     assert!(stands.contains("the machine stood still"));
 }
 
+/// Of a wheel without an encoder nothing is known where there is no odometry either.
+#[test]
+fn a_machine_stood_still_only_where_something_shows_it() {
+    let told = |renamed: bool| {
+        let folder = TempDir::new().unwrap();
+        let beside = |ending: &str| folder.path().join(format!("crane.{ending}"));
+        let urdf = std::fs::read_to_string(data("crane.urdf")).unwrap();
+        let urdf = match renamed {
+            true => urdf.replace("<joint name=\"wheel_", "<joint name=\"spin_"),
+            false => urdf,
+        };
+        std::fs::write(beside("urdf"), urdf).unwrap();
+        std::fs::copy(data("crane.toml"), beside("toml")).unwrap();
+        let analysis = analysed(&data("crane.mcap"), &beside("toml"));
+        words(section(&page(&analysis), "Summary")).contains("stood still")
+    };
+    assert!(told(false));
+    assert!(!told(true));
+}
+
 /// Each joint of the arm that moves the worst event's load has a slider, with five simulated values but at its limits.
 #[test]
 fn every_joint_of_the_arm_that_moves_the_load_has_a_slider() {
@@ -612,6 +708,44 @@ fn defaults_are_named_as_defaults() {
     std::fs::write(beside("toml"), stated).unwrap();
     let stated = told(&analysed(&log, &beside("toml")));
     assert!(!stated.contains(by_default), "{stated}");
+}
+
+/// Half the speed is that of what moved.
+#[test]
+fn half_the_speed_is_that_of_the_arm_where_the_base_rests() {
+    let mut analysis = analysis("tiny_lift");
+    let mut told = |base_rests: bool| {
+        let events = analysis.events.iter_mut();
+        for answer in events.flat_map(|event| &mut event.counterfactuals) {
+            answer.base_rests = base_rests;
+        }
+        let text = words(&page(&analysis));
+        ["with the arm at half", "with machine and arm at half"].map(|what| text.contains(what))
+    };
+    assert_eq!(told(true), [true, false]);
+    assert_eq!(told(false), [false, true]);
+}
+
+/// A change with a chance of one half keeps no wheel at its limit, and one change is not several.
+#[test]
+fn what_would_have_prevented_an_event_is_as_sure_as_its_chance() {
+    let mut analysis = analysis("tiny_lift");
+    let mut with = |chance: f64, count: usize| {
+        let advice = analysis.advice.as_mut().unwrap();
+        advice.changes.truncate(count);
+        for change in &mut advice.changes {
+            change.chance = Some(chance);
+        }
+        let text = words(&page(&analysis));
+        [
+            "would have kept every wheel at its limit",
+            "each of these changes",
+        ]
+        .map(|claim| text.contains(claim))
+    };
+    assert_eq!(with(0.99, 2), [true, true]);
+    assert_eq!(with(0.5, 2), [false, true]);
+    assert_eq!(with(0.5, 1), [false, false]);
 }
 
 /// What is said of a log with rows that are not valid names the valid ones.

@@ -179,7 +179,7 @@ impl Chunks {
                 }
                 let chunk = match is_unknown(&chunk) {
                     true => {
-                        let same = unknown.entry((chunk.dtype().clone(), chunk.len()));
+                        let same = unknown.entry((chunk.dtype().to_string(), chunk.len()));
                         let same: &Series = same.or_insert_with(|| chunk.rechunk());
                         same.clone().with_name(open.name().clone())
                     }

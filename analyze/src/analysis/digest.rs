@@ -41,6 +41,8 @@ pub struct WheelDigest {
     pub largest_load_n: Option<f64>,
     /// Row of the smallest OTF, and that OTF (N).
     pub least_otf: Option<(usize, f64)>,
+    /// The OTF whose band reaches lowest, the first of equal ones; `None` for models without bands.
+    pub least_in_band: Option<OtfBand>,
     /// Median of the standard deviation of the load (N); `None` for models without it.
     pub median_load_sigma_n: Option<f64>,
     /// The smallest finite load, the first of equal ones.
@@ -51,6 +53,25 @@ pub struct WheelDigest {
     pub is_range_known: bool,
     /// When the wheel carried least while another split could have brought it below its limit.
     pub open: Option<OpenLoad>,
+}
+
+/// An OTF with its band.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OtfBand {
+    /// The row.
+    pub row: usize,
+    /// The OTF (N).
+    pub otf_n: f64,
+    /// Its standard deviation (N).
+    pub sigma_n: f64,
+}
+
+impl OtfBand {
+    /// The lower end of the band: two standard deviations less (N).
+    #[must_use]
+    pub fn least_n(&self) -> f64 {
+        self.otf_n - 2.0 * self.sigma_n
+    }
 }
 
 /// A lowest load.
@@ -104,6 +125,7 @@ impl<'a> DigestPass<'a> {
             least_load_n: None,
             largest_load_n: None,
             least_otf: None,
+            least_in_band: None,
             median_load_sigma_n: None,
             lowest: None,
             could_unload: false,
@@ -151,6 +173,7 @@ impl<'a> DigestPass<'a> {
         let (load, otf) = (column(Quantity::Load(wheel)), column(Quantity::Otf(wheel)));
         let least = column(Quantity::LoadLeast(wheel));
         let largest = column(Quantity::LoadLargest(wheel));
+        let otf_sigma = rows.outcomes.known_column(Quantity::OtfSigma(wheel));
         let at_rest_n = self.machine.reference().static_load[wheel];
         let limit_n = self.min_loads_n.map_or(0.0, |limits| limits[wheel]);
         let found = &mut self.digest.wheels[wheel];
@@ -170,6 +193,17 @@ impl<'a> DigestPass<'a> {
             let least_otf = found.least_otf;
             if least_otf.is_none_or(|(_, least)| otf[row].total_cmp(&least).is_lt()) {
                 found.least_otf = Some((rows.first + row, otf[row]));
+            }
+            if let Some(sigma) = otf_sigma {
+                let band = OtfBand {
+                    row: rows.first + row,
+                    otf_n: otf[row],
+                    sigma_n: sigma[row],
+                };
+                let is_lower = |known: OtfBand| band.least_n() < known.least_n();
+                if band.least_n().is_finite() && found.least_in_band.is_none_or(is_lower) {
+                    found.least_in_band = Some(band);
+                }
             }
             if load_n.is_finite() && found.lowest.is_none_or(|lowest| load_n < lowest.load_n) {
                 found.lowest = Some(LowestLoad {

@@ -60,6 +60,35 @@ pub(crate) fn four_digits(value: f64) -> String {
     }
 }
 
+/// A value and the half width of its band, with no digit that the band makes worthless: two digits of the band, and the value to
+/// the same place.
+pub(crate) fn with_band(value: f64, half_width: f64) -> String {
+    let place = last_place(half_width);
+    let value = match value.is_finite() {
+        true => place.map_or_else(|| short(value), |place| to_place(value, place)),
+        false => word!("not computable").into(),
+    };
+    format!("{value} ± {}", band(half_width))
+}
+
+/// The half width of a band: two digits.
+pub(crate) fn band(half_width: f64) -> String {
+    last_place(half_width).map_or_else(|| short(half_width), |place| to_place(half_width, place))
+}
+
+/// The decimal place of the second digit, after the point where positive; `None` where no plain number shows it.
+fn last_place(size: f64) -> Option<i32> {
+    let is_plain = (1e-6..1e12).contains(&size);
+    is_plain.then(|| 1 - size.log10().floor() as i32)
+}
+
+fn to_place(value: f64, place: i32) -> String {
+    let unit = 10f64.powi(-place);
+    let digits = usize::try_from(place).unwrap_or(0);
+    // plus zero: no sign before zero
+    decimals(format!("{:.digits$}", (value / unit).round() * unit + 0.0))
+}
+
 /// With so many digits after the point; a dash where there is no value.
 pub(crate) fn or_dash(value: Option<f64>, digits: usize) -> String {
     value.map_or("–".into(), |value| decimals(format!("{value:.digits$}")))
@@ -117,6 +146,17 @@ mod tests {
         assert_eq!(probability(1.0), "above 99.9 %");
         assert_eq!(probability(0.974), "97 %");
         assert_eq!(probability(0.0), "below 0.1 %");
+    }
+
+    #[test]
+    fn a_value_has_no_digit_that_its_band_makes_worthless() {
+        assert_eq!(with_band(17.6, 130.6), "20 ± 130");
+        assert_eq!(with_band(-3.009e-6, 0.029_99), "0.000 ± 0.030");
+        assert_eq!(with_band(1234.56, 0.3), "1234.56 ± 0.30");
+        assert_eq!(with_band(-0.0712, 0.012), "-0.071 ± 0.012");
+        assert_eq!(with_band(5.0, 1.0), "5.0 ± 1.0");
+        assert_eq!(band(0.01), "0.010");
+        assert_eq!(band(0.0), "0");
     }
 
     #[test]

@@ -125,7 +125,8 @@ fn supposed(
 ) -> Result<Exit> {
     let [recorded, supposed] = suppose(&args.log, file, options, suppositions)?;
     let a = Side::of_analysis(&recorded, word!("as recorded"))?;
-    let b = Side::of_analysis(&supposed, &suppositions.in_words())?;
+    let what = suppositions.in_words(&recorded);
+    let b = Side::of_analysis(&supposed, &what)?;
     let mut comparison = compare(&a, &b);
     comparison.suppose(&recorded.rows, &replies(&recorded, &supposed, suppositions));
     comparison.inputs.insert(
@@ -133,10 +134,10 @@ fn supposed(
         InputDifference {
             key: "supposed".into(),
             a: None,
-            b: Some(suppositions.in_words()),
+            b: Some(what),
         },
     );
-    comparison.caveats = caveats(&recorded, suppositions);
+    comparison.caveats = caveats(&recorded, &supposed, suppositions);
     let target = OutputPlace::folder(&args.out)?;
     let json = serde_json::to_string_pretty(&comparison)?;
     write_atomically(&target.path().join("comparison.json"), json.as_bytes())?;

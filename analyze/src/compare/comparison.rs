@@ -1,7 +1,7 @@
 //! The differences between two results.
 
 use serde::Serialize;
-use tipwatch_language::say;
+use tipwatch_language::{say, word};
 
 use super::facts::{self, EventPair, FactDifference};
 use super::inputs::{self, InputDifference};
@@ -26,11 +26,11 @@ pub struct Comparison {
     pub same_log: bool,
     /// The inputs that differ, by key.
     pub inputs: Vec<InputDifference>,
-    /// Events; those on one side only come first.
+    /// Events; those on one side only come first. Those of different logs are on one side each.
     pub events: Vec<EventPair>,
     /// Figures of the whole log, largest difference first within each unit.
     pub facts: Vec<FactDifference>,
-    /// Differences row by row; null if the rows have different times.
+    /// Differences row by row; null if the logs differ, or the rows have different times.
     pub series: Option<SeriesComparison>,
     /// Why there is no comparison row by row.
     pub series_note: Option<String>,
@@ -39,27 +39,12 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// States of an event of A, by kind, subject and start (s after the first row), whether it would have happened as supposed
-    /// in B.
-    fn answer(&mut self, kind: EventKind, subject: &str, start_s: f64, reply: &Reply) {
-        let is_it = |pair: &&mut EventPair| {
-            let starts = pair.a.as_ref().map(|event| event.start_s);
-            pair.kind == kind.name() && pair.subject == subject && starts == Some(start_s)
-        };
-        for pair in self.events.iter_mut().filter(is_it) {
-            pair.supposed = Some(reply.clone());
-        }
-    }
-
     /// States of every event that was asked about whether it would have happened as supposed in B.
     pub fn suppose(&mut self, recorded: &Table, replies: &[(&Event, Reply)]) {
         for (event, reply) in replies {
-            self.answer(
-                event.kind,
-                &event.subject,
-                recorded.seconds_at(event.start_ns),
-                reply,
-            );
+            let start_s = recorded.seconds_at(event.start_ns);
+            let of = (event.kind, event.subject.as_str());
+            facts::answer(&mut self.events, of, start_s, reply);
         }
         // the gravest first: a lift is part of a tipping
         let asked = self.events.iter().filter(|pair| pair.supposed.is_some());
@@ -75,15 +60,21 @@ impl Comparison {
 /// Compares two sides.
 #[must_use]
 pub fn compare(a: &Side, b: &Side) -> Comparison {
-    let (series, series_note) = match series::compare(a, b) {
+    let (about_a, about_b) = (a.about(), b.about());
+    let same_log = about_a.log_sha256 == about_b.log_sha256;
+    // what two logs have at the same time is not of one motion
+    let series = match same_log {
+        true => series::compare(a, b),
+        false => Err(word!("the results are of different logs").into()),
+    };
+    let (series, series_note) = match series {
         Ok(series) => (Some(series), None),
         Err(note) => (None, Some(note)),
     };
-    let (about_a, about_b) = (a.about(), b.about());
-    let events = facts::events(a, b);
+    let events = facts::events(a, b, same_log);
     Comparison {
         schema: SCHEMA,
-        same_log: about_a.log_sha256 == about_b.log_sha256,
+        same_log,
         inputs: inputs::inputs(a, b),
         facts: facts::facts(a, b, &events),
         events,

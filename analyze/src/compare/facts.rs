@@ -309,8 +309,10 @@ fn numbers(side: &Side) -> Numbers {
 }
 
 /// Pairs of events with the same kind and subject that overlap: a long event has one with each of several short ones. Events on
-/// one side only come first.
-pub(super) fn events(a: &Side, b: &Side) -> Vec<EventPair> {
+/// one side only come first. At the same time two logs tell nothing of each other.
+pub(super) fn events(a: &Side, b: &Side, same_log: bool) -> Vec<EventPair> {
+    let is_same = |event: &SideEvent, other: &SideEvent| same_log && is_same(event, other);
+    let is_open = |side: &Side, event: &SideEvent| same_log && is_open(side, event);
     let pair = |on_a: Option<&SideEvent>, on_b: Option<&SideEvent>| {
         let event = on_a.or(on_b)?;
         Some(EventPair {
@@ -347,6 +349,28 @@ pub(super) fn events(a: &Side, b: &Side) -> Vec<EventPair> {
             .then_with(|| start(x).total_cmp(&start(y)))
     });
     pairs
+}
+
+/// States of an event of A, by kind, subject and start (s after the first row), whether it would have happened as supposed in B.
+/// It has one answer, with however many events of B it overlaps: its first pair stays.
+pub(super) fn answer(
+    pairs: &mut Vec<EventPair>,
+    (kind, subject): (EventKind, &str),
+    start_s: f64,
+    reply: &Reply,
+) {
+    let is_it = |pair: &EventPair| {
+        let starts_s = pair.a.as_ref().map(|event| event.start_s);
+        pair.kind == kind.name() && pair.subject == subject && starts_s == Some(start_s)
+    };
+    let mut is_answered = false;
+    pairs.retain_mut(|pair| {
+        if !is_it(pair) {
+            return true;
+        }
+        pair.supposed = Some(reply.clone());
+        !std::mem::replace(&mut is_answered, true)
+    });
 }
 
 fn is_same(a: &SideEvent, b: &SideEvent) -> bool {
@@ -430,12 +454,48 @@ mod tests {
         assert!(!is_hidden("wheel_light", [3, 5], 0.9));
     }
 
+    /// Of a crane's foot the same line stood three times.
+    #[test]
+    fn an_event_with_several_in_b_has_one_answer() {
+        let mut pairs = events(
+            &side(&[[2, 14], [16, 18]]),
+            &side(&[[1, 3], [5, 6], [8, 9], [16, 17]]),
+            true,
+        );
+        assert_eq!(pairs.len(), 4);
+        let reply = Reply::default();
+        answer(&mut pairs, (EventKind::WheelLight, "rl"), 2.0, &reply);
+        answer(&mut pairs, (EventKind::WheelLight, "rl"), 16.0, &reply);
+        let starts_s: Vec<f64> = (pairs.iter())
+            .filter(|pair| pair.supposed.is_some())
+            .map(|pair| pair.a.as_ref().unwrap().start_s)
+            .collect();
+        assert_eq!(starts_s, [2.0, 16.0]);
+        assert_eq!(pairs.len(), 2);
+    }
+
+    /// Stamps of two logs may be the same: what is at one time in both is not one event, and neither is open in the other.
+    #[test]
+    fn events_of_different_logs_are_no_pairs() {
+        let (a, mut b) = (side(&[[2, 4]]), side(&[[3, 5], [8, 9]]));
+        b.valid.fill(false);
+        let pairs = events(&a, &b, false);
+        assert_eq!(pairs.len(), 3);
+        let alone = |pair: &EventPair| pair.a.is_some() != pair.b.is_some();
+        assert!(
+            pairs
+                .iter()
+                .all(|pair| alone(pair) && !pair.is_open_elsewhere)
+        );
+    }
+
     /// What B has all along happens there, too, also where A has it twice.
     #[test]
     fn a_long_event_has_a_pair_with_each_of_several_short_ones() {
         let pairs = events(
             &side(&[[2, 4], [6, 8], [12, 14]]),
             &side(&[[1, 9], [16, 17]]),
+            true,
         );
         let start_s = |side: &Option<EventSide>| side.as_ref().map(|event| event.start_s);
         let starts_s: Vec<_> = pairs

@@ -7,6 +7,8 @@ use serde_json::Value;
 use tipwatch_language::{message, say, word};
 
 use super::side::Side;
+use crate::base::number::{four_digits, readable};
+use crate::report::uncertainty_in_words;
 
 /// An input that differs.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -26,6 +28,9 @@ const URDF: &str = "urdf.sha256";
 /// What the keys of a URDF begin with whose text is known, and that of its hash.
 const OF_URDF: &str = "URDF ";
 const URDF_TEXT: &str = "URDF SHA-256";
+/// Keys of the machine's mass, and of the largest one, which is the same unless payloads change it.
+const MASS: &str = "machine.mass_kg";
+const LARGEST_MASS: &str = "machine.largest_mass_kg";
 /// Key of the rule by which the load is split, a sentence.
 const SPLIT_RULE: &str = "split_rule";
 
@@ -35,19 +40,66 @@ impl InputDifference {
         [MACHINE_FILE, URDF].contains(&self.key.as_str())
     }
 
-    /// Its key and its values as a reader reads them.
+    /// Its key and its values as a reader reads them: numbers with four digits, hashes with eight, unless that hides the difference.
     pub(super) fn cells(&self) -> [String; 3] {
-        let key = match self.key.as_str() {
-            "supposed" => word!("supposed"),
-            URDF => word!("SHA-256 of the URDF"),
-            MACHINE_FILE => word!("SHA-256 of the machine file"),
-            key => key,
-        };
-        let value = |value: &Option<String>| match value {
-            Some(value) => value.clone(),
+        let value = |value: &Option<String>, shown: fn(&str) -> String| match value {
+            Some(value) => shown(value),
             None => word!("not stated").into(),
         };
-        [key.into(), value(&self.a), value(&self.b)]
+        let is_hash = self.key.ends_with("sha256") || self.key == URDF_TEXT;
+        let shown = if is_hash { hash_digits } else { four_digits_of };
+        let [a, b] = [&self.a, &self.b].map(|of| value(of, shown));
+        match a == b {
+            true => [
+                self.words(),
+                value(&self.a, str::to_owned),
+                value(&self.b, str::to_owned),
+            ],
+            false => [self.words(), a, b],
+        }
+    }
+
+    /// What it is. A key of the machine file is told as it stands there.
+    fn words(&self) -> String {
+        match self.key.as_str() {
+            "supposed" => word!("supposed").into(),
+            URDF | URDF_TEXT => word!("SHA-256 of the URDF").into(),
+            MACHINE_FILE => word!("SHA-256 of the machine file").into(),
+            "commissioning_file.sha256" => word!("SHA-256 of the commissioning").into(),
+            MASS => format!("{} [kg]", word!("mass of the machine")),
+            LARGEST_MASS => format!("{} [kg]", word!("largest mass of the machine")),
+            "machine.gravity_m_s2" => format!("{} [m/s²]", word!("local gravity")),
+            "machine.name" => word!("name of the machine").into(),
+            SPLIT_RULE => word!("rule of the load split").into(),
+            key => match key.split_once('.') {
+                Some(("uncertainty", of)) => match uncertainty_in_words(of) {
+                    // an unknown key
+                    (_, "") => key.into(),
+                    (words, unit) => say!("uncertainty of {words} [{unit}]"),
+                },
+                Some(("options", of)) => say!("option {}", readable(&of.replace('.', " "))),
+                _ => key.into(),
+            },
+        }
+    }
+}
+
+fn hash_digits(sha256: &str) -> String {
+    sha256.get(..8).unwrap_or(sha256).into()
+}
+
+/// Four digits of a number, or all where that is shorter; what is no number stays.
+fn four_digits_of(text: &str) -> String {
+    let Some(number) = text.parse::<f64>().ok().filter(|number| number.is_finite()) else {
+        return text.into();
+    };
+    let digits = match number.fract() == 0.0 && number.abs() < 1e15 {
+        true => format!("{number:.0}"),
+        false => four_digits(number),
+    };
+    match digits.len() < text.len() {
+        true => digits,
+        false => text.into(),
     }
 }
 
@@ -73,6 +125,10 @@ pub(super) fn inputs(a: &Side, b: &Side) -> Vec<InputDifference> {
     let mut found: Vec<InputDifference> = differences
         .filter(|of| of.a != of.b && is_input(of))
         .collect();
+    let mass = found.iter().find(|of| of.key == MASS);
+    let mass = mass.map(|of| [of.a.clone(), of.b.clone()]);
+    let is_mass = |of: &InputDifference| mass.as_ref() == Some(&[of.a.clone(), of.b.clone()]);
+    found.retain(|of| of.key != LARGEST_MASS || !is_mass(of));
     // what differs in no attribute differs by its text: spaces, comments, or what is no XML
     if found
         .iter()
@@ -195,6 +251,33 @@ pub(super) fn in_words(of: &InputDifference) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn inputs_are_told_in_words_with_the_digits_that_differ() {
+        let told = |key: &str, a: &str, b: &str| {
+            let of = InputDifference {
+                key: key.into(),
+                a: Some(a.into()),
+                b: Some(b.into()),
+            };
+            of.cells()
+        };
+        let [key, a, b] = told(
+            "machine.mass_kg",
+            "3502.9368944500015",
+            "3602.9368944500015",
+        );
+        assert!(!key.contains('_'), "{key}");
+        assert_eq!([a, b], ["3503", "3603"]);
+        let [key, ..] = told("uncertainty.tyre_stiffness_share", "0.2", "0.3");
+        assert!(!key.contains('_') && !key.contains('.'), "{key}");
+        let [_, a, b] = told("contact.tyre_stiffness", "800000.0", "800000.25");
+        assert_eq!([a, b], ["800000", "8.000e5"]);
+        let [_, a, b] = told("x", "1.00001", "1.00002");
+        assert_eq!([a, b], ["1.00001", "1.00002"]);
+        let [_, a, b] = told(URDF_TEXT, "0123456789abcdef", "fedcba9876543210");
+        assert_eq!([a, b], ["01234567", "fedcba98"]);
+    }
 
     #[test]
     fn values_have_the_path_to_them_and_absent_ones_have_none() {

@@ -77,6 +77,10 @@ pub struct Counterfactual {
     pub supposed: Supposition,
     /// When the machine had the posture that is supposed (ns); null for the reference posture and other suppositions.
     pub posture_ns: Option<i64>,
+    /// Whether the base rests in the event: what changes its speed is then the arm alone.
+    #[serde(skip)]
+    #[schemars(skip)]
+    pub base_rests: bool,
     /// The answer.
     #[serde(flatten)]
     pub reply: Reply,

@@ -19,6 +19,6 @@ pub(crate) use figure::{Figure, Look, MOST_POINTS, Trace, figures, figures_help}
 pub(crate) use glossary::glossary;
 
 pub(crate) use crate::base::number::{
-    count_of, input_in_words, number, or_dash, percent, probability, readable, short, time,
-    with_unit,
+    band, count_of, input_in_words, number, or_dash, percent, probability, readable, short, time,
+    with_band, with_unit,
 };

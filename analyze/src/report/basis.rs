@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 use tipwatch_language::{decimals, say, word};
-use tipwatch_mechanics::machine::{Ground, Machine, Split};
+use tipwatch_mechanics::machine::{Ground, Machine, Split, SupportKind};
 
 use super::findings::reason_counts;
 use super::unstated_load;
@@ -66,22 +66,19 @@ pub(super) fn methods(analysis: &Analysis) -> Markup {
     html! { (list(items)) }
 }
 
-/// What was measured elsewhere: errors on logs with known loads.
-pub(super) fn validation() -> Markup {
+/// What was measured elsewhere: errors on logs with known loads, of machines of this kind.
+pub(super) fn validation(machine: &Machine) -> Markup {
     let lines = validation_table();
-    let cells = |line: &&str| -> Vec<String> {
-        let cells = line.trim_matches('|').split('|');
-        cells
-            .map(|cell| decimals(readable(&without_links(cell.trim()))))
-            .collect()
-    };
-    let rows: Vec<Vec<String>> = lines.iter().map(cells).collect();
-    let (head, rows) = rows
-        .split_first()
-        .map_or((Vec::new(), Vec::new()), |(head, rows)| {
-            (head.clone(), rows.iter().skip(1).cloned().collect())
-        });
+    // head and rule come before the rows
+    let (head, rows) = lines.split_at(lines.len().min(2));
+    let of_kind = |line: &&&str| is_of_kind(machine, line);
+    let known: Vec<&str> = rows.iter().filter(of_kind).copied().collect();
+    let is_known = !known.is_empty();
+    let rows = if is_known { &known[..] } else { rows };
+    let head = head.first().map_or(Vec::new(), |line| cells(line));
+    let rows: Vec<Vec<String>> = rows.iter().map(|line| cells(line)).collect();
     html! {
+        @if !is_known { p { (word!("No machine of this kind was validated. These are the figures of other kinds.")) } }
         p {
             (word!("Root mean square error of the loads as a share of the mean load, clean / noisy sensors, against the contact forces \
              of an independent simulator. These figures hold for those machines and manoeuvres; they are not a bound for this \
@@ -89,6 +86,36 @@ pub(super) fn validation() -> Markup {
         }
         (table(&head, &rows))
     }
+}
+
+/// What tells the rows of other kinds of machines from those of one on four wheels.
+const OTHER_KINDS: [&str; 3] = ["outriggers", "forklift", "bogies"];
+
+/// Whether a row is of machines of the same kind: what they stand on decides how equilibrium shares the load.
+fn is_of_kind(machine: &Machine, line: &str) -> bool {
+    let wheels = machine.wheels();
+    let has_feet = wheels.iter().any(|wheel| wheel.kind == SupportKind::Foot);
+    let is_on_tracks = wheels
+        .iter()
+        .any(|wheel| wheel.kind == SupportKind::TrackPoint);
+    let swings = !machine.contact().free_joints.is_empty();
+    let [outriggers, forklift, bogies] = OTHER_KINDS;
+    match (has_feet, swings, wheels.len()) {
+        (true, _, _) => line.contains(outriggers),
+        _ if is_on_tracks => false,
+        (false, true, 4) => line.contains(forklift),
+        (false, true, 5..) => line.contains(bogies),
+        (false, false, 4) => !OTHER_KINDS.iter().any(|kind| line.contains(kind)),
+        _ => false,
+    }
+}
+
+/// The cells of a line of the table.
+fn cells(line: &str) -> Vec<String> {
+    let cells = line.trim_matches('|').split('|');
+    cells
+        .map(|cell| decimals(readable(&without_links(cell.trim()))))
+        .collect()
 }
 
 /// "[text](address)" as its text: the addresses of the README lead nowhere from a report.
@@ -259,12 +286,16 @@ mod tests {
         assert!(lines.len() >= 6, "{lines:?}");
         assert!(lines[0].contains("manoeuvre") && lines[1].starts_with("|-"));
         assert!(lines[2..].iter().all(|line| line.contains('%')));
+        // each kind has its row
+        let is_told = |kind: &&str| lines[2..].iter().any(|line| line.contains(kind));
+        assert!(OTHER_KINDS.iter().all(is_told));
     }
 
     #[test]
     fn a_link_of_the_readme_is_its_text() {
         assert_eq!(without_links("[a](b/c.md), one; [d](e)"), "a, one; d");
         assert_eq!(without_links("no [link"), "no [link");
-        assert!(!validation().into_string().contains("]("));
+        let cells = validation_table().into_iter().flat_map(cells);
+        assert!(!cells.collect::<String>().contains("]("));
     }
 }

@@ -227,7 +227,11 @@ fn parts(analysis: &Analysis, drawn: &Drawn<'_>) -> Vec<ExpertPart> {
             word!("Methods and assumptions"),
             basis::methods(analysis),
         ),
-        part("validation", word!("Validation"), basis::validation()),
+        part(
+            "validation",
+            word!("Validation"),
+            basis::validation(&analysis.machine),
+        ),
         part(
             "limitations",
             word!("Limitations"),

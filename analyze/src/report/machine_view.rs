@@ -18,16 +18,18 @@ use crate::page::{number, table_of};
 const LARGEST_DISC: f64 = 0.24;
 /// Width of a drawn tyre as a share of its diameter.
 const TYRE_WIDTH: f64 = 0.35;
+/// Least half of a cross, in the picture's own units: a foot has no radius.
+const LEAST_CROSS: f64 = 7.0;
 
 /// The machine at a row, from above and across, with its loads; without them where they are `contradicted` by what happened.
 /// The second picture is in the plane in which the machine turned about the edge of the `event`, else in that in which gravity
-/// leans more.
+/// leans more. `None` where no picture can be drawn, as the row does not say where the machine's parts are.
 pub(super) fn pictures(
     analysis: &Analysis,
     row: usize,
     event: Option<&Event>,
     contradicted: bool,
-) -> Markup {
+) -> Option<Markup> {
     let mut state = State::zero(&analysis.machine);
     let found = analysis.rows.window(row..row + 1);
     found.states.get(0, &mut state);
@@ -69,12 +71,13 @@ pub(super) fn pictures(
     if aside > along {
         view.across = Across::Width;
     }
-    html! {
-        div.pictures.two {
-            @if let Some(picture) = view.view_from_above() { (picture) }
-            @if let Some(picture) = view.view_across() { (picture) }
+    let drawn = [view.view_from_above(), view.view_across()];
+    let drawn: Vec<Markup> = drawn.into_iter().flatten().collect();
+    (!drawn.is_empty()).then(|| {
+        html! {
+            div.pictures.two { @for picture in &drawn { (picture) } }
         }
-    }
+    })
 }
 
 /// The loads at a row, with their bands and the range over all splits.
@@ -179,8 +182,12 @@ impl View<'_> {
         standing.all(|wheel| wheel.kind == SupportKind::Wheel)
     }
 
+    /// What a wheel carries: nothing where it is off the ground, whatever is left of its load within its error.
     fn load(&self, wheel: usize) -> f64 {
-        self.rows.value(Quantity::Load(wheel), 0)
+        match self.rows.value(Quantity::Load(wheel), 0) {
+            load if load.is_finite() && self.off[wheel] => 0.0,
+            load => load,
+        }
     }
 
     fn zmp(&self) -> Option<Point> {
@@ -250,11 +257,11 @@ impl View<'_> {
             if self.contradicted {
                 continue;
             }
-            if load > 0.0 && !self.off[wheel] {
+            if load > 0.0 {
                 let class = if load < limit { "load light" } else { "load" };
                 drawing.circle(class, [x, y], disc(load));
             } else if load.is_finite() {
-                let r = 0.8 * r;
+                let r = (0.8 * r).max(drawing.metres(LEAST_CROSS));
                 drawing.line("lifted", [x - r, y - r], [x + r, y + r]);
                 drawing.line("lifted", [x - r, y + r], [x + r, y - r]);
             }
@@ -463,7 +470,7 @@ impl View<'_> {
         let standing = wheels.filter(|(wheel, _)| self.carries[*wheel]);
         let loads = standing.map(|(wheel, facts)| match self.load(wheel) {
             load if load.is_nan() => say!("{}: load unknown", facts.name),
-            load if load <= 0.0 || self.off[wheel] => say!("{} carries nothing", facts.name),
+            load if load <= 0.0 => say!("{} carries nothing", facts.name),
             load => say!("{} carries {} N", facts.name, number(load)),
         });
         let mut told: Vec<String> = loads.collect();
@@ -526,11 +533,12 @@ fn goes_on(analysis: &Analysis, row: usize, event: &Event) -> bool {
 }
 
 /// Whether each wheel is off the ground at a row, as the events tell it.
-fn off_ground(analysis: &Analysis, row: usize) -> Vec<bool> {
+pub(super) fn off_ground(analysis: &Analysis, row: usize) -> Vec<bool> {
     let is_off = |wheel: &Wheel| {
+        let name = wheel.name.to_lowercase();
         analysis.events.iter().any(|event| {
             event.kind == EventKind::WheelLift
-                && event.subject == wheel.name.to_lowercase()
+                && event.subject == name
                 && goes_on(analysis, row, event)
         })
     };

@@ -56,6 +56,12 @@
     const loads = instant.wheels.map(function (w) { return w[2] !== null; });
     return loads.some(Boolean) ? loads : loads.map(function () { return true; });
   }
+  // What is drawn of a wheel: it carries nothing where it is off the ground, whatever is left of its load within its error.
+  function seen(instant, w) {
+    const value = instant.wheels[w].slice();
+    if (value[2] !== null && instant.off.includes(w)) { value[2] = 0; }
+    return value;
+  }
   function add(parent, name, attributes, text) {
     const element = document.createElementNS(NAMESPACE, name);
     Object.keys(attributes).forEach(function (key) { element.setAttribute(key, attributes[key]); });
@@ -82,7 +88,8 @@
       add(svg, 'circle', { 'class': light ? 'load light' : 'load', cx: place[0], cy: place[1],
         r: disc * Math.sqrt(load), 'stroke-width': unit * 0.3 });
     } else if (load !== null) {
-      const r = facts.radius * 0.8;
+      // a foot has no radius
+      const r = Math.max(facts.radius * 0.8, unit * 2);
       line(svg, 'lifted', [place[0] - r, place[1] - r], [place[0] + r, place[1] + r], unit);
       line(svg, 'lifted', [place[0] - r, place[1] + r], [place[0] + r, place[1] - r], unit);
     }
@@ -137,7 +144,7 @@
       line(svg, 'axle', at(ends[0][0], ends[0][1]), at(ends[1][0], ends[1][1]), unit);
     });
     moments.wheels.forEach(function (facts, w) {
-      if (known(instant.wheels[w].slice(0, 2))) { wheel(svg, facts, instant.wheels[w]); }
+      if (known(instant.wheels[w].slice(0, 2))) { wheel(svg, facts, seen(instant, w)); }
     });
     instant.arm.filter(known).forEach(function (s) {
       line(svg, 'arm', at(s[0], s[1]), at(s[3], s[4]), unit * 1.6);
@@ -159,7 +166,7 @@
         points: [[0, -r], [r, 0], [0, r], [-r, 0]].map(function (d) { return [z[0] + d[0], z[1] + d[1]].join(','); }).join(' ') });
     }
     moments.wheels.forEach(function (facts, w) {
-      if (stands[w] && known(instant.wheels[w].slice(0, 2))) { label(svg, facts, instant.wheels[w]); }
+      if (stands[w] && known(instant.wheels[w].slice(0, 2))) { label(svg, facts, seen(instant, w)); }
     });
     gravity(svg, instant, size);
   }
@@ -235,7 +242,7 @@
     // What each wheel carries: an arrow's length is its load, that at rest being 1 m for the most loaded wheel.
     const metre = 1 / Math.max.apply(null, atRest.concat([1]));
     moments.wheels.forEach(function (facts, w) {
-      const value = instant.wheels[w];
+      const value = seen(instant, w);
       if (!there[w] || value[2] === null) { return; }
       const foot = project(value[0], value[1], 0);
       if (value[2] > 0) {
@@ -281,7 +288,7 @@
     const name = svg.dataset.name || (svg.dataset.name = svg.getAttribute('aria-label'));
     const stands = standing(moments.instants[index]);
     const loads = moments.wheels.map(function (facts, w) {
-      const load = moments.instants[index].wheels[w][2];
+      const load = seen(moments.instants[index], w)[2];
       return facts.name + ' ' + (load === null ? texts.unknown : Math.round(load) + ' N');
     });
     svg.setAttribute('aria-label', name + (/ t = /.test(name) ? ': ' : ', t = ' + window.decimal(moments.instants[index].t.toFixed(2)) + ' s: ') +

@@ -11,7 +11,7 @@ use tipwatch_mechanics::{Placement, Quantity, State};
 
 use super::area::Area;
 use super::findings::{Scene, led_to, rank};
-use super::sheet;
+use super::{machine_view, sheet};
 use crate::analysis::Analysis;
 use crate::base::rows::Rows;
 use crate::base::table::Table;
@@ -101,6 +101,8 @@ struct Instant {
     t: f64,
     /// By wheel: x, y, load (N), its standard deviation (N), least and largest load under any split (N).
     wheels: Vec<[Option<f64>; 6]>,
+    /// The wheels that are off the ground by the events, as indices.
+    off: Vec<usize>,
     zmp: [Option<f64>; 2],
     /// Centre of mass: x, y, height above the plane.
     com: [Option<f64>; 3],
@@ -296,10 +298,14 @@ fn instants(analysis: &Analysis, spread: &Instants, shown: &[usize]) -> Vec<Inst
         };
         let (gravity, tilt) = gravity(&placement, &state.base.up);
         let area = Area::of(table, row, &state);
+        let off = machine_view::off_ground(analysis, row);
         let corner = |at: &Vector2<f64>| [known(at.x, 1e3), known(at.y, 1e3)];
         instants.push(Instant {
             t: known(table.seconds(row), 1e3).unwrap_or_default(),
             wheels: placement.contacts.iter().enumerate().map(wheel).collect(),
+            off: (off.iter().enumerate())
+                .filter_map(|(wheel, is_off)| is_off.then_some(wheel))
+                .collect(),
             zmp: [
                 known(value(Quantity::ZmpX), 1e3),
                 known(value(Quantity::ZmpY), 1e3),

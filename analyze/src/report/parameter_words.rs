@@ -64,7 +64,7 @@ pub(super) fn in_words(parameter: Parameter, machine: &Machine) -> String {
 
 /// What a key of the machine file's uncertainties is the standard deviation of, and its unit. A key that is not known here
 /// stands as it is.
-pub(super) fn uncertainty_in_words(key: &str) -> (&str, &'static str) {
+pub(crate) fn uncertainty_in_words(key: &str) -> (&str, &'static str) {
     match key {
         "mass_share" => (word!("mass of a link"), told(SHARE)),
         "com" => (word!("centre of mass of a link, along each axis"), "m"),

@@ -95,9 +95,15 @@ pub(super) fn brief(analysis: &Analysis) -> Markup {
     });
     let rows: Vec<Vec<Markup>> = rows.collect();
     let word = SupportWord::of(&analysis.machine).one;
+    let mut changes = analysis.advice.iter().flat_map(|advice| &advice.changes);
+    // a change that meets the limit in the simulation may miss it by what is uncertain
+    let title = match changes.all(|change| Answer::of(change.chance) == Answer::Yes) {
+        true => say!("Simulated: what would have kept every {word} at its limit"),
+        false => say!("Simulated: what brings every {word} to its limit"),
+    };
     html! {
         div {
-            h3 { (say!("Simulated: what keeps every {word} at its limit")) }
+            h3 { (title) }
             @if rows.is_empty() {
                 p { (analysis.advice.as_ref().map_or_else(|| without_advice(analysis), |advice| conclusion(analysis, advice))) }
             } @else {
@@ -255,16 +261,17 @@ fn reasons(analysis: &Analysis) -> Vec<String> {
 /// What the simulation says, in one sentence.
 fn conclusion(analysis: &Analysis, advice: &Advice) -> String {
     let word = SupportWord::of(&analysis.machine).one;
-    match (&advice.not_simulated, advice.changes.is_empty()) {
+    match (&advice.not_simulated, advice.changes.len()) {
         (Some(why), _) => say!("{why}; no change was simulated."),
-        (None, true) => {
+        (None, 0) => {
             say!("No single change within limits would have kept every {word} at its limit.")
         }
-        (None, false) => {
-            say!(
-                "In a simulation, each of these changes alone kept every {word} at its limit; the table has the chance that it would have."
-            )
-        }
+        (None, 1) => say!(
+            "In a simulation, this change alone brings every {word} to its limit; the table has the chance that it would have kept it there."
+        ),
+        (None, _) => say!(
+            "In a simulation, each of these changes alone brings every {word} to its limit; the table has the chance that it would have kept it there."
+        ),
     }
 }
 

@@ -9,7 +9,7 @@ use crate::analysis::unstated_load::{ExplainedFall, Explanation, LoadEstimates, 
 use crate::base::number::{number, readable};
 use crate::events::support_words::{SupportWord, edge_word};
 use crate::events::{Event, Finding, LEAST_OF_A_FACT, ShownBy};
-use crate::page::{probability, short, table};
+use crate::page::{probability, short, table, with_band};
 
 /// Explanations that are less probable are not listed.
 const LEAST_PROBABILITY: f64 = 1e-3;
@@ -344,17 +344,13 @@ fn amounts(explanation: &Explanation) -> String {
         } else {
             amount.value
         };
-        let [value, sigma] = [size, 2.0 * amount.sigma].map(short);
+        let value = with_band(size, 2.0 * amount.sigma);
         let less = if is_missing {
             word!(" less than stated")
         } else {
             ""
         };
-        format!(
-            "{} {value} ± {sigma} {}{less}",
-            readable(amount.name),
-            amount.unit
-        )
+        format!("{} {value} {}{less}", readable(amount.name), amount.unit)
     });
     amounts.collect::<Vec<_>>().join(", ")
 }

@@ -5,6 +5,7 @@ use std::path::Path;
 use anyhow::{Context, Result, anyhow, bail};
 use tipwatch_binding::MachineFile;
 use tipwatch_language::{say, word};
+use tipwatch_mechanics::machine::Split;
 
 use crate::analysis::Analysis;
 use crate::analysis::advice::{GroundSlope, Hypothesis, Question, asked_as};
@@ -32,7 +33,11 @@ pub struct Suppositions {
 
 /// What the evaluation of a supposition cannot show, beside the analysis of what was recorded.
 #[must_use]
-pub fn caveats(recorded: &Analysis, suppositions: &Suppositions) -> Vec<String> {
+pub fn caveats(
+    recorded: &Analysis,
+    supposed: &Analysis,
+    suppositions: &Suppositions,
+) -> Vec<String> {
     let slope = suppositions
         .level
         .then(|| GroundSlope::of(&recorded.machine, &recorded.rows))
@@ -71,6 +76,9 @@ pub fn caveats(recorded: &Analysis, suppositions: &Suppositions) -> Vec<String> 
         caveats.push(word!(
             "In some events the base rests: the answers to these change the speed of the arm alone, the rows, figures and curves of B that of machine and arm."
         ).into());
+    }
+    if suppositions.split.is_some() {
+        caveats.extend(without_split_rule(recorded, supposed).map(str::to_owned));
     }
     let machine = &recorded.machine;
     caveats.extend(measured_forces(machine).map(|forces| say!(
@@ -123,6 +131,26 @@ pub fn replies<'a>(
     asked.filter_map(reply).collect()
 }
 
+/// Where another roll moment distribution changes nothing: an outrigger crane stands on its feet, which are springs.
+fn without_split_rule(recorded: &Analysis, supposed: &Analysis) -> Option<&'static str> {
+    let events = recorded.events.iter();
+    let asked = events.filter(|event| !event.counterfactuals.is_empty());
+    let are_springs = asked.filter_map(|event| {
+        let machine = supposed.rows.machine_at(supposed.rows.at(event.start_ns))?;
+        Some(matches!(machine.contact().split, Split::Springs))
+    });
+    let are_springs: Vec<bool> = are_springs.collect();
+    match (are_springs.contains(&true), are_springs.contains(&false)) {
+        (true, false) => Some(word!(
+            "The supposed roll moment distribution has no effect on the answers: at the recorded events the machine stood on supports that share the load as springs."
+        )),
+        (true, true) => Some(word!(
+            "At some of the recorded events the machine stood on supports that share the load as springs: the supposed roll moment distribution has no effect on the answers to these."
+        )),
+        (false, _) => None,
+    }
+}
+
 /// The first rotation about an edge that gyro and attitude show.
 fn first_fall(analysis: &Analysis) -> Option<&Event> {
     let falls = analysis.events.iter().filter(|event| {
@@ -148,14 +176,21 @@ impl Suppositions {
         *self == Self::default()
     }
 
-    /// In words.
+    /// In words; which speed it is depends on what moved in what was `recorded`.
     #[must_use]
-    pub fn in_words(&self) -> String {
+    pub fn in_words(&self, recorded: &Analysis) -> String {
         let mut all = Vec::new();
         if self.level {
             all.push(word!("level ground").to_string());
         }
-        all.extend(self.speed.map(|times| say!("{times} times the speed")));
+        all.extend(self.speed.map(|times| {
+            let rests = bases_rest(recorded);
+            match (rests.contains(&true), rests.contains(&false)) {
+                (true, false) => say!("{times} times the speed of the arm"),
+                (false, true) => say!("{times} times the speed of machine and arm"),
+                _ => say!("{times} times the speed"),
+            }
+        }));
         all.extend(self.payload_kg.map(|kg| say!("payload {kg:+} kg")));
         let joints = self.joints.iter();
         all.extend(joints.map(|(name, offset)| say!("joint {name} {offset:+}")));

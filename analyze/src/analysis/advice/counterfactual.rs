@@ -90,7 +90,10 @@ pub(crate) fn ask_all(
 /// the ground with it leaves it by the rotation about the edge, which the load of that wheel alone does not show.
 pub(crate) fn asked_as<'a>(events: &'a [Event], event: &'a Event) -> &'a Event {
     let began = |it: &&Event| it.kind == EventKind::EdgeTipping && it.start_ns == event.start_ns;
-    events.iter().find(began).unwrap_or(event)
+    let tippings = events.iter().filter(began);
+    // of several edges that it may have begun about, its own
+    let own_first = |it: &&Event| it.subject != event.subject;
+    tippings.min_by_key(own_first).unwrap_or(event)
 }
 
 /// Whether two events that are asked about began as one.
@@ -279,6 +282,7 @@ impl<'a> Question<'a> {
         Some(Counterfactual {
             supposed,
             posture_ns,
+            base_rests: self.base_rests,
             reply,
         })
     }
@@ -473,4 +477,22 @@ pub(super) fn sigma_by(
         let sigma_n = combination_sigma(machine, &state, &workspace, factors);
         (sigma_n > 0.0 && sigma_n.is_finite()).then_some(sigma_n)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tip_over_is_the_tipping_about_its_own_edge() {
+        let event = |kind, subject: &str| Event::blank(kind, 7, subject.into());
+        let events = [
+            event(EventKind::EdgeTipping, "front"),
+            event(EventKind::EdgeTipping, "left"),
+            event(EventKind::TipOver, "left"),
+            event(EventKind::WheelLift, "fr"),
+        ];
+        let asked = |place: usize| asked_as(&events, &events[place]).subject.as_str();
+        assert_eq!([1, 2, 3].map(asked), ["left", "left", "front"]);
+    }
 }

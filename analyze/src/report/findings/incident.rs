@@ -15,7 +15,8 @@ pub(in crate::report) struct Incident<'a> {
     pub(in crate::report) events: Vec<&'a Event>,
 }
 
-/// The incidents of a log, the gravest first, of equal ones the earliest.
+/// The incidents of a log: those that are facts first, the gravest before others, of equal ones the earliest. What the report
+/// names as what happened is the first of them.
 pub(in crate::report) fn incidents(events: &[Event]) -> Vec<Incident<'_>> {
     let mut observed: Vec<&Event> = events.iter().filter(|it| it.kind.is_observed()).collect();
     observed.sort_by_key(|event| (event.start_ns, rank(event.kind)));
@@ -36,7 +37,10 @@ pub(in crate::report) fn incidents(events: &[Event]) -> Vec<Incident<'_>> {
             }
         }
     }
-    found.sort_by_key(|incident| (rank(incident.gravest().kind), incident.start_ns()));
+    found.sort_by_key(|incident| {
+        let gravest = incident.gravest();
+        (!gravest.is_fact(), rank(gravest.kind), incident.start_ns())
+    });
     found
 }
 
@@ -275,5 +279,21 @@ mod tests {
             incidents(&events[1..])[0].gravest().kind,
             EventKind::WheelLift
         );
+    }
+
+    #[test]
+    fn an_incident_that_is_a_fact_comes_before_a_graver_one_that_is_none() {
+        let events = [
+            Event {
+                certainty: Some(0.3),
+                ..event(EventKind::EdgeTipping, "left", [2, 3])
+            },
+            event(EventKind::WheelLift, "fr", [20, 21]),
+        ];
+        let kinds: Vec<EventKind> = incidents(&events)
+            .iter()
+            .map(|incident| incident.gravest().kind)
+            .collect();
+        assert_eq!(kinds, [EventKind::WheelLift, EventKind::EdgeTipping]);
     }
 }

@@ -328,7 +328,10 @@ impl Scene {
     pub(in crate::report) fn supposed(&self, answer: &Counterfactual) -> String {
         match (answer.supposed, answer.posture_ns) {
             (Supposition::LevelGround, _) => word!("on level ground").into(),
-            (Supposition::HalfSpeed, _) => word!("at half the speed").into(),
+            (Supposition::HalfSpeed, _) if answer.base_rests => {
+                word!("with the arm at half the speed").into()
+            }
+            (Supposition::HalfSpeed, _) => word!("with machine and arm at half the speed").into(),
             (Supposition::WithoutLoad, _) => word!("without the load").into(),
             (Supposition::ArmIn, None) => word!("with the arm in its reference posture").into(),
             (Supposition::ArmIn, Some(at_ns)) => {
@@ -509,6 +512,7 @@ mod tests {
         let answer = |supposed, why_not| Counterfactual {
             supposed,
             posture_ns: None,
+            base_rests: false,
             reply: Reply {
                 otf_n: Some(400.0),
                 why_not: Some(why_not),
@@ -529,7 +533,7 @@ mod tests {
         ];
         let expected = [
             ("on level ground and without the load".to_string(), "a"),
-            ("at half the speed".to_string(), "b"),
+            ("with machine and arm at half the speed".to_string(), "b"),
         ];
         assert_eq!(scene().unanswered(&answers), expected);
     }

@@ -11,6 +11,7 @@ use crate::analysis::Analysis;
 use crate::events::support_words::SupportWord;
 use crate::events::{Finding, SHORTEST_NS};
 use crate::page::{number, readable};
+use crate::report::in_band;
 use crate::report::open_split::{self, OpenWheel};
 
 struct LowestLoad {
@@ -45,6 +46,18 @@ impl Scene {
             }
             Some(_) => say!("{} fell below its load limit", self.word.one),
             None => say!("{} left the ground", self.word.one),
+        };
+        let bound_n = |wheel: usize| self.wheels[wheel].limit_n.unwrap_or(0.0);
+        let in_band = in_band::wheels(analysis, bound_n).into_iter().next();
+        let (claim, band) = match in_band {
+            None => (claim, String::new()),
+            Some(lowest) => (
+                say!("{claim} as computed"),
+                say!(
+                    "; within the bands that cannot be excluded ({})",
+                    in_band::in_words(analysis, lowest)
+                ),
+            ),
         };
         let coverage = &analysis.coverage;
         let claim = match partly_known(analysis) {
@@ -100,7 +113,7 @@ impl Scene {
         let ranges = self.ranges(open);
         Finding {
             headline: say!(
-                "{claim}{split}{between}; the minimum load was {} N ({}) on {} at t = {:.2} s",
+                "{claim}{split}{between}{band}; the minimum load was {} N ({}) on {} at t = {:.2} s",
                 number(lowest.load_n),
                 wheel.share(lowest.load_n),
                 wheel.named(),

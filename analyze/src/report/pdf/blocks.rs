@@ -2,9 +2,6 @@
 
 use roxmltree::Node;
 
-/// Most small pictures side by side.
-const MOST_BESIDE: usize = 3;
-
 /// A part of the document.
 #[derive(Debug)]
 pub(super) enum Block<'a> {
@@ -72,15 +69,14 @@ fn add<'a>(node: Node<'a, 'a>, depth: usize, blocks: &mut Vec<Block<'a>>) {
         "div" if has_class(node, "pictures") || has_class(node, "grid") => {
             let figures = node.children().filter(|child| child.has_tag_name("figure"));
             let pictures: Vec<_> = figures.filter_map(picture).collect();
-            let places = if has_class(node, "four") { 4 } else { 2 };
             let mut pictures = pictures.into_iter().peekable();
             while pictures.peek().is_some() {
-                let row = pictures.by_ref().take(places).collect();
+                let row = pictures.by_ref().take(2).collect();
                 blocks.push(side_by_side(node, row));
             }
         }
         "section" if has_class(node, "sheet") => {
-            blocks.push(Block::Sheet(beside_each_other(of(node))));
+            blocks.push(Block::Sheet(in_rows(of(node))));
         }
         "div" if has_class(node, "columns") => {
             let columns = node.children().filter(Node::is_element).map(of);
@@ -95,20 +91,35 @@ fn add<'a>(node: Node<'a, 'a>, depth: usize, blocks: &mut Vec<Block<'a>>) {
     }
 }
 
-/// Rows of pictures that have room beside each other: three small ones at most.
-fn beside_each_other<'a>(blocks: Vec<Block<'a>>) -> Vec<Block<'a>> {
-    let mut together: Vec<Block<'a>> = Vec::new();
+/// Rows of two of all pictures that follow each other, so that their letters can be read; of three where one would stand alone.
+fn in_rows(blocks: Vec<Block<'_>>) -> Vec<Block<'_>> {
+    let mut together: Vec<Block<'_>> = Vec::new();
     for block in blocks {
         match (together.last_mut(), block) {
-            (Some(Block::Pictures { pictures, .. }), Block::Pictures { pictures: more, .. })
-                if pictures.len() + more.len() <= MOST_BESIDE =>
-            {
+            (Some(Block::Pictures { pictures, .. }), Block::Pictures { pictures: more, .. }) => {
                 pictures.extend(more);
             }
             (_, block) => together.push(block),
         }
     }
-    together
+    let rows = together.into_iter().flat_map(|block| match block {
+        Block::Pictures { pictures, small } => {
+            let mut left = pictures.into_iter().peekable();
+            let mut rows = Vec::new();
+            while left.peek().is_some() {
+                let places = if left.len() == 3 && !rows.is_empty() {
+                    3
+                } else {
+                    2
+                };
+                let pictures = left.by_ref().take(places).collect();
+                rows.push(Block::Pictures { pictures, small });
+            }
+            rows
+        }
+        block => vec![block],
+    });
+    rows.collect()
 }
 
 fn side_by_side<'a>(node: Node<'a, 'a>, pictures: Vec<(Node<'a, 'a>, String)>) -> Block<'a> {
@@ -192,5 +203,31 @@ mod tests {
             (t.head.clone(), t.rows.clone()),
             (vec!["H".to_string()], vec![vec!["1".to_string()]])
         );
+    }
+
+    /// Of the first page: three beside each other only where one would stand alone below a row.
+    #[test]
+    fn pictures_of_a_sheet_stand_two_in_a_row() {
+        let rows = |count: usize| {
+            let figure = "<figure><svg viewBox=\"0 0 9 9\"><g/></svg></figure>";
+            let (two, more) = (figure.repeat(2), figure.repeat(count - 2));
+            let markup = format!(
+                "<r><section class=\"sheet\"><h3>A</h3><div class=\"pictures\">{two}</div>{more}</section></r>"
+            );
+            let tree = roxmltree::Document::parse(&markup).unwrap();
+            let found = of(tree.root_element());
+            let [Block::Sheet(blocks)] = &found[..] else {
+                panic!("{found:?}");
+            };
+            let rows = blocks.iter().filter_map(|block| match block {
+                Block::Pictures { pictures, .. } => Some(pictures.len()),
+                _ => None,
+            });
+            rows.collect::<Vec<_>>()
+        };
+        assert_eq!(rows(3), [2, 1]);
+        assert_eq!(rows(5), [2, 3]);
+        assert_eq!(rows(6), [2, 2, 2]);
+        assert_eq!(rows(7), [2, 2, 3]);
     }
 }

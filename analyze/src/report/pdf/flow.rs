@@ -17,7 +17,7 @@ use super::text::Letters;
 
 /// A4 (points).
 pub(super) const PAGE: [f32; 2] = [595.28, 841.89];
-const MARGIN: f32 = 48.0;
+const MARGIN: f32 = 36.0;
 /// Width of the text on a page.
 const WIDTH: f32 = PAGE[0] - 2.0 * MARGIN;
 /// Room between columns.

@@ -10,10 +10,11 @@ use crate::analysis::sensitivity::SensitivityTable;
 use crate::events::split_rule::{is_stated, measured_forces, sharing, split_rule};
 use crate::events::support_words::SupportWord;
 use crate::events::{Bound, Event, EventKind, ShownBy, TIP_OVER_RAD};
-use crate::page::{number, percent, probability, short};
+use crate::page::{band, number, percent, probability};
 use crate::report::deciding::Deciding;
 use crate::report::explanations;
-use crate::report::findings::{Incident, Scene};
+use crate::report::findings::{Incident, Scene, enumerated};
+use crate::report::in_band;
 use crate::report::parameter_words::in_words;
 use crate::report::unstated_load;
 use crate::report::when::Calendar;
@@ -189,8 +190,18 @@ fn tipped_over(analysis: &Analysis) -> String {
             at(event),
             reserve(&scene, event)
         ),
-        None => say!("No tip-over {scope}."),
+        // what turns over shows that to gyro or attitude, whatever the loads are
+        None if is_watched(analysis) || in_band::lifts(analysis).is_empty() => {
+            say!("No tip-over {scope}.")
+        }
+        None => say!("As computed, no tip-over {scope}."),
     }
+}
+
+/// Whether gyro or attitude would have shown a rotation.
+fn is_watched(analysis: &Analysis) -> bool {
+    let has_imu = analysis.inputs.iter().any(|input| input.signal == "imu");
+    has_imu || analysis.digest.has_attitude
 }
 
 /// How far a machine tipped over at least, in whole degrees: rounded down, or it would not be so far.
@@ -289,12 +300,35 @@ fn lifted(analysis: &Analysis) -> String {
             ),
         });
     }
+    let beyond = off_by_stops(analysis, &scene, &wheels);
+    if !beyond.is_empty() {
+        sentences.push(format!(
+            "{}.",
+            say!(
+                "Beyond the stop of its axle {} left the ground, too",
+                enumerated(&beyond)
+            )
+        ));
+    }
     let open = match is_stated {
         true => Vec::new(),
-        false => could_have_lifted(analysis, &wheels),
+        false => could_have_lifted(analysis, &wheels, &beyond),
     };
-    if wheels.is_empty() {
-        sentences.push(none(part(analysis), open.is_empty()));
+    let is_none = wheels.is_empty() && beyond.is_empty();
+    let in_band = match is_none {
+        true => in_band::lifts(analysis),
+        false => Vec::new(),
+    };
+    if is_none {
+        let is_certain = open.is_empty() && in_band.is_empty();
+        sentences.push(none(part(analysis), is_certain));
+    }
+    if !in_band.is_empty() {
+        let of = in_band.iter().map(|&it| in_band::in_words(analysis, it));
+        sentences.push(say!(
+            "Within the bands a lift cannot be excluded ({}).",
+            of.collect::<Vec<_>>().join("; ")
+        ));
     }
     let sharing = sharing(&analysis.machine);
     if !open.is_empty() {
@@ -309,7 +343,7 @@ fn lifted(analysis: &Analysis) -> String {
                 .collect::<Vec<_>>()
                 .join(word!(" or "))
         ));
-    } else if wheels.is_empty() && !is_stated {
+    } else if is_none && in_band.is_empty() && !is_stated {
         sentences.push(say!(
             "This holds however the {sharing}, tolerances of the inputs aside."
         ));
@@ -325,7 +359,8 @@ fn lifted(analysis: &Analysis) -> String {
     sentences.join(" ")
 }
 
-/// That nothing lifted. Where another split could have lifted something, this is no more than what was computed.
+/// That nothing lifted. Where another split, or a load within its band, could have lifted something, this is no more than what was
+/// computed.
 fn none(part: Option<String>, is_certain: bool) -> String {
     if part.is_none() && !is_certain {
         return word!("None as computed.").into();
@@ -337,13 +372,24 @@ fn none(part: Option<String>, is_certain: bool) -> String {
     }
 }
 
-/// Wheels that did not lift as computed and carry no load under some split.
-fn could_have_lifted(analysis: &Analysis, lifted: &[Lifted]) -> Vec<usize> {
+/// Wheels, in words, of which no load shows that they left the ground, but a fall beyond the stop of their axle.
+fn off_by_stops(analysis: &Analysis, scene: &Scene, lifted: &[Lifted]) -> Vec<String> {
+    let falls = of_kind(analysis, EventKind::TipOver).filter(|event| event.is_fact());
+    let off: Vec<String> = falls.flat_map(|event| scene.off_by_stops(event)).collect();
+    let wheels = analysis.machine.wheels().iter();
+    let others = wheels.filter(|wheel| !lifted.iter().any(|known| known.name == wheel.name));
+    let named = others.map(SupportWord::named);
+    named.filter(|named| off.contains(named)).collect()
+}
+
+/// Wheels that did not lift as computed, nor by the stop of their axle, and carry no load under some split.
+fn could_have_lifted(analysis: &Analysis, lifted: &[Lifted], beyond: &[String]) -> Vec<usize> {
     let machine = &analysis.machine;
     let could_unload = |wheel: &usize| {
-        let name = &machine.wheels()[*wheel].name;
+        let facts = &machine.wheels()[*wheel];
         analysis.digest.wheels[*wheel].could_unload
-            && !lifted.iter().any(|known| known.name == *name)
+            && !lifted.iter().any(|known| known.name == facts.name)
+            && !beyond.contains(&SupportWord::named(facts))
     };
     (0..machine.wheels().len()).filter(could_unload).collect()
 }
@@ -491,11 +537,11 @@ fn even_ground(analysis: &Analysis, found: &SensitivityTable) -> Option<String> 
     })
 }
 
-/// A number with its unit; what has none is a share.
-fn amount(value: f64, unit: &str) -> String {
+/// The half width of a band with its unit; what has none is a share.
+fn amount(half_width: f64, unit: &str) -> String {
     match unit {
-        "-" => percent(value),
-        unit => format!("{} {unit}", short(value)),
+        "-" => format!("{} %", band(100.0 * half_width)),
+        unit => format!("{} {unit}", band(half_width)),
     }
 }
 

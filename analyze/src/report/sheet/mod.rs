@@ -65,6 +65,9 @@ fn machine(analysis: &Analysis, gravest: Option<&Incident<'_>>) -> Markup {
     };
     let gravest = gravest.map(Incident::gravest);
     let contradicted = gravest.is_some_and(|event| unstated_load::contradicts(analysis, event));
+    let Some(pictures) = machine_view::pictures(analysis, row, gravest, contradicted) else {
+        return html! {};
+    };
     let what = match gravest {
         Some(event) => say!("at the onset: {}", Scene::of(analysis).step(event)),
         None => say!(
@@ -83,7 +86,7 @@ fn machine(analysis: &Analysis, gravest: Option<&Incident<'_>>) -> Markup {
     });
     html! {
         h3 { (say!("The machine {what}, t = {:.2} s{time}", row_s)) (onset) }
-        (machine_view::pictures(analysis, row, gravest, contradicted))
+        (pictures)
     }
 }
 

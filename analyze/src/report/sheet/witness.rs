@@ -61,23 +61,25 @@ fn before(
         .filter(|(_, causes)| causes.since_ns <= incident.start_ns());
     let at_first = causes.map(|(event, causes)| {
         let at_s = scene.seconds(causes.since_ns);
-        let load = match event.kind {
-            EventKind::WheelLight | EventKind::WheelLift => say!(
-                ", and {} carried {} N",
-                scene.support(event),
-                number(causes.otf_before_n)
-            ),
-            _ => String::new(),
-        };
+        let is_of_support = matches!(event.kind, EventKind::WheelLight | EventKind::WheelLift);
+        let load = is_of_support.then(|| (scene.support(event), number(causes.otf_before_n)));
         let text = match causes.since_is_steady {
             true => {
                 let steady = steady(analysis, causes.since_ns);
+                let load = load.map_or(String::new(), |(support, load_n)| {
+                    say!(", and {support} carried {load_n} N")
+                });
                 say!("At t = {at_s:.2} s the machine {steady}{load}.")
             }
-            false => say!(
-                "At no moment before was it steady with every {} above its limit; what follows counts from t = {at_s:.2} s{load}.",
-                scene.word.one
-            ),
+            false => {
+                let before_s = scene.seconds(incident.start_ns()) - at_s;
+                let load = load.map_or(String::new(), |(support, load_n)| {
+                    say!(", when {support} carried {load_n} N")
+                });
+                say!(
+                    "This account begins at t = {at_s:.2} s, {before_s:.1} s before the onset{load}."
+                )
+            }
         };
         (causes.since_ns, text)
     });
@@ -108,7 +110,7 @@ fn least_load(analysis: &Analysis, scene: &Scene, event: &Event) -> Option<Strin
 }
 
 /// What a steady machine did in the half second before: it moved at a speed that its wheels show beyond their scatter, or it
-/// stood.
+/// stood. A wheel shows that only by its encoder or the odometry: without either its speed is zero in every row.
 fn steady(analysis: &Analysis, at_ns: i64) -> String {
     if analysis.coverage.between_rows.is_some() {
         return word!("is taken as steady").into();
@@ -121,8 +123,10 @@ fn steady(analysis: &Analysis, at_ns: i64) -> String {
     // of each wheel: sum and sum of squares of its speed; and the sum of the variances by the noise of the signals
     let mut sums = vec![[0.0; 2]; machine.joints().len()];
     let mut noise = 0.0;
+    let mut has_odometry = true;
     for row in 0..window.len() {
         window.states.get(row, &mut state);
+        has_odometry &= state.base.velocity.iter().all(|part| part.is_finite());
         noise += state.noise.joint.first[0];
         for (sum, joint) in sums.iter_mut().zip(&state.joints) {
             *sum = [sum[0] + joint.rate, sum[1] + joint.rate * joint.rate];
@@ -130,6 +134,7 @@ fn steady(analysis: &Analysis, at_ns: i64) -> String {
     }
     let count = window.len() as f64;
     let joints = machine.joints().iter().zip(sums);
+    let joints = joints.filter(|(joint, _)| joint.logged || has_odometry);
     let speeds = joints.filter_map(|(joint, [sum, squares])| {
         let radius = machine.wheels()[joint.spins_wheel?].radius;
         let mean = sum / count;

@@ -1,0 +1,35 @@
+//! The wheels that may have carried less than was computed, as the bands of their overturning forces (OTF) allow.
+
+use tipwatch_language::say;
+
+use crate::analysis::Analysis;
+use crate::analysis::digest::OtfBand;
+use crate::events::support_words::SupportWord;
+use crate::page::number;
+
+/// The wheels whose band reaches below a bound (N) by wheel in a valid row, the lowest first.
+pub(super) fn wheels(analysis: &Analysis, bound_n: impl Fn(usize) -> f64) -> Vec<(usize, OtfBand)> {
+    let wheels = analysis.digest.wheels.iter().enumerate();
+    let bands = wheels.filter_map(|(wheel, found)| Some((wheel, found.least_in_band?)));
+    let mut found: Vec<(usize, OtfBand)> = bands
+        .filter(|(wheel, band)| band.least_n() < bound_n(*wheel))
+        .collect();
+    found.sort_by(|(_, a), (_, b)| a.least_n().total_cmp(&b.least_n()));
+    found
+}
+
+/// The wheels that may have lifted, the one most likely to have first.
+pub(super) fn lifts(analysis: &Analysis) -> Vec<(usize, OtfBand)> {
+    wheels(analysis, |_| 0.0)
+}
+
+/// A wheel, and what it carried.
+pub(super) fn in_words(analysis: &Analysis, (wheel, band): (usize, OtfBand)) -> String {
+    say!(
+        "{}: {} ± {} N at t = {:.2} s",
+        SupportWord::named(&analysis.machine.wheels()[wheel]),
+        number(band.otf_n),
+        number(2.0 * band.sigma_n),
+        analysis.rows.seconds(band.row)
+    )
+}
