@@ -28,8 +28,12 @@ const MOST_SIGMAS: f64 = 5.0;
 /// Most rounds in which the derivatives are taken anew at the fitted amounts, and most steps of one that are tried, each half as long.
 const ROUNDS: usize = 8;
 const STEPS: usize = 5;
-/// Amounts are found if the next round is nearer to them than this, squared (standard deviations).
+/// A step may lose so much logarithmic evidence: what else is uncertain with an amount changes with it, too.
+const LOST: f64 = 0.1;
+/// Amounts are found if those of the next round are so near to them; those of a round that are farther away than `FAR` are not told. Squared
+/// (standard deviations).
 const FOUND: f64 = 1e-4;
+const FAR: f64 = 1.0;
 /// Share of the prior standard deviation by which derivatives are taken.
 const STEP: f64 = 0.05;
 
@@ -148,15 +152,15 @@ impl Trial {
                     .map(|(amount, way)| amount + step * way);
                 let there: Vec<f64> = there.collect();
                 let (found, apart) = self.about(scene, of, &errors, &there)?;
-                let is_better = found.posterior.log_evidence > best.posterior.log_evidence;
-                is_better.then_some((there, found, apart))
+                let gained = found.posterior.log_evidence - best.posterior.log_evidence;
+                (gained > -LOST).then_some((there, found, apart))
             });
             let Some(nearer) = nearer else {
                 break;
             };
             (amounts, best, apart) = nearer;
         }
-        if apart >= FOUND {
+        if apart > FAR {
             best.posterior.mean = DVector::from_vec(amounts);
         }
         Some(best)
