@@ -59,6 +59,8 @@ pub(crate) struct FoundRotation {
     pub(crate) creeps: bool,
     /// Rotation since the start (rad), outwards positive, by time (ns).
     pub(crate) angles: Vec<(i64, f64)>,
+    /// How far tyres let the platform turn about the edge (rad).
+    pub(crate) on_tyres_rad: f64,
 }
 
 impl FoundRotation {
@@ -329,6 +331,7 @@ impl RotationTrace {
             start_sigma_s: onset.map(|onset| onset.sigma_s),
             end_ns,
             angles,
+            on_tyres_rad: watch.turn_on_tyres(spell.edge),
         }
     }
 }

@@ -42,7 +42,7 @@ const DEGREE: f64 = std::f64::consts::PI / 180.0;
 const WRONG_SHARE: f64 = 1e-3;
 /// Largest rotation considered (rad).
 const LARGEST_RAD: f64 = std::f64::consts::FRAC_PI_2;
-/// Rotation that tyres do not allow: the onset was before it (rad). What is computed after it is of a machine that falls, and
+/// Rotation that usual tyres do not allow: the onset was before it (rad). What is computed after it is of a machine that falls, and
 /// in its quick motion the load off the edge keeps no level.
 const BEYOND_TYRES_RAD: f64 = ROTATES_SIGMAS * STANDING_SIGMA_RAD;
 /// Time after the onset of a measured rotation up to which the load off the edge is looked at (s).
@@ -338,7 +338,9 @@ impl OfEdge<'_, '_> {
             let from_s = (near.at_s - margin_s).max(0.0);
             let to_s = near.at_s + margin_s + FITTED_S;
             let first = self.rows.row_from(from_s);
-            let rotated_ns = rotation.reached(BEYOND_TYRES_RAD).unwrap_or(i64::MAX);
+            // a heavy machine on soft tyres leans by more before its last wheel has lifted
+            let beyond_tyres = BEYOND_TYRES_RAD.max(rotation.on_tyres_rad);
+            let rotated_ns = rotation.reached(beyond_tyres).unwrap_or(i64::MAX);
             let rotated = rows.at(rotated_ns).min(self.rows.row_from(to_s));
             let to_s = rows.seconds(rotated).min(to_s);
             let curve = self.curve(first, rotated.min(last), &load);

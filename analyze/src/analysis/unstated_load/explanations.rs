@@ -25,8 +25,15 @@ const STOPPED: f64 = 1e-6;
 const STOPPED_S: f64 = 0.5;
 /// An amount of more than so many prior standard deviations explains nothing, however well it fits: what is wrong is not tried.
 const MOST_SIGMAS: f64 = 5.0;
-/// Rounds in which the derivatives are taken anew at the fitted amounts.
-const ROUNDS: usize = 3;
+/// Most rounds in which the derivatives are taken anew at the fitted amounts, and most steps of one that are tried, each half as long.
+const ROUNDS: usize = 8;
+const STEPS: usize = 5;
+/// A step may lose so much logarithmic evidence: what else is uncertain with an amount changes with it, too.
+const LOST: f64 = 0.1;
+/// Amounts are found if those of the next round are so near to them; those of a round that are farther away than `FAR` are not told. Squared
+/// (standard deviations).
+const FOUND: f64 = 1e-4;
+const FAR: f64 = 1.0;
 /// Share of the prior standard deviation by which derivatives are taken.
 const STEP: f64 = 0.05;
 
@@ -122,43 +129,87 @@ impl Trial {
     }
 
     /// Fits it; `None` if it cannot be.
+    ///
+    /// The equations are linear about the amounts that the round before has found. Where they are not linear in between, a whole step
+    /// may end at amounts of less evidence: it is halved then. What counts in the end is the evidence of amounts that the equations
+    /// were computed with, not of such that are only reached by going on straight.
     pub(super) fn fit(&self, scene: &Scene<'_>, of: &Problem<'_>) -> Option<Fitted> {
-        let sigmas: Vec<f64> = self.fitted.iter().map(|wanted| wanted.sigma).collect();
-        let mut amounts = vec![0.0; sigmas.len()];
-        let mut found = None;
-        let rounds = if sigmas.is_empty() { 1 } else { ROUNDS };
-        for _ in 0..rounds {
-            let linear = self.linear(scene, of, &amounts);
-            // of the model
-            let errors: Vec<(ModelError, DMatrix<f64>)> = match self.kind {
-                // how large they are, and how fast they change, is as unknown
-                "none_of_these" => {
-                    let stated = of.equations.covariance(ModelError::STATED);
-                    let unexplained = of.equations.unexplained();
-                    let with_more = |more| (ModelError::STATED, &stated + more);
-                    unexplained.map(with_more).collect()
-                }
-                _ => ModelError::all()
-                    .map(|error| (error, of.equations.covariance(error)))
-                    .collect(),
+        let errors = self.errors(of.equations);
+        let mut amounts = vec![0.0; self.fitted.len()];
+        let (mut best, mut apart) = self.about(scene, of, &errors, &amounts)?;
+        for _ in 1..ROUNDS {
+            if apart < FOUND {
+                return Some(best);
+            }
+            let way: Vec<f64> = (best.posterior.mean.iter().zip(&amounts))
+                .map(|(mean, amount)| mean - amount)
+                .collect();
+            let steps = std::iter::successors(Some(1.0), |step| Some(0.5 * step));
+            let nearer = steps.take(STEPS).find_map(|step| {
+                let there = amounts
+                    .iter()
+                    .zip(&way)
+                    .map(|(amount, way)| amount + step * way);
+                let there: Vec<f64> = there.collect();
+                let (found, apart) = self.about(scene, of, &errors, &there)?;
+                let gained = found.posterior.log_evidence - best.posterior.log_evidence;
+                (gained > -LOST).then_some((there, found, apart))
+            });
+            let Some(nearer) = nearer else {
+                break;
             };
-            let posteriors = errors.iter().map(|(_, errors)| {
-                let errors = errors + &linear.uncertain;
-                regress(&linear.y, &linear.derivatives, &sigmas, &errors)
-            });
-            let posteriors: Vec<Posterior> = posteriors.collect::<Option<_>>()?;
-            let best = (posteriors.iter().enumerate())
-                .max_by(|a, b| a.1.log_evidence.total_cmp(&b.1.log_evidence));
-            let error = best.map_or(ModelError::STATED, |(place, _)| errors[place].0);
-            let posterior = mixed(&posteriors)?;
-            amounts = posterior.mean.iter().copied().collect();
-            found = Some(Fitted {
-                posterior,
-                error,
-                ..linear
-            });
+            (amounts, best, apart) = nearer;
         }
-        found
+        if apart > FAR {
+            best.posterior.mean = DVector::from_vec(amounts);
+        }
+        Some(best)
+    }
+
+    /// The errors of the model that it may have, and their covariance.
+    fn errors(&self, equations: &Equations) -> Vec<(ModelError, DMatrix<f64>)> {
+        match self.kind {
+            // how large they are, and how fast they change, is as unknown
+            "none_of_these" => {
+                let stated = equations.covariance(ModelError::STATED);
+                let unexplained = equations.unexplained();
+                let with_more = |more| (ModelError::STATED, &stated + more);
+                unexplained.map(with_more).collect()
+            }
+            _ => ModelError::all()
+                .map(|error| (error, equations.covariance(error)))
+                .collect(),
+        }
+    }
+
+    /// The fit by equations that are linear about some amounts, with the evidence of these, and how far the most probable ones are
+    /// from them, squared (standard deviations).
+    fn about(
+        &self,
+        scene: &Scene<'_>,
+        of: &Problem<'_>,
+        errors: &[(ModelError, DMatrix<f64>)],
+        amounts: &[f64],
+    ) -> Option<(Fitted, f64)> {
+        let sigmas: Vec<f64> = self.fitted.iter().map(|wanted| wanted.sigma).collect();
+        let linear = self.linear(scene, of, amounts);
+        let posteriors = errors.iter().map(|(_, errors)| {
+            let errors = errors + &linear.uncertain;
+            regress(&linear.y, &linear.derivatives, &sigmas, &errors)
+        });
+        let posteriors: Vec<Posterior> = posteriors.collect::<Option<_>>()?;
+        let best = (posteriors.iter().enumerate())
+            .max_by(|a, b| a.1.log_evidence.total_cmp(&b.1.log_evidence));
+        let error = best.map_or(ModelError::STATED, |(place, _)| errors[place].0);
+        let mut posterior = mixed(&posteriors)?;
+        let apart = posterior.apart(&DVector::from_column_slice(amounts))?;
+        posterior.log_evidence -= 0.5 * apart;
+        let fitted = Fitted {
+            posterior,
+            error,
+            ..linear
+        };
+        Some((fitted, apart))
     }
 
     /// The equations, linear about some amounts.

@@ -19,6 +19,17 @@ pub(super) struct Posterior {
     pub(super) covariance: DMatrix<f64>,
 }
 
+impl Posterior {
+    /// How far some amounts are from the most probable ones, squared (standard deviations).
+    pub(super) fn apart(&self, amounts: &DVector<f64>) -> Option<f64> {
+        if amounts.is_empty() {
+            return Some(0.0);
+        }
+        let off = amounts - &self.mean;
+        Some(off.dot(&factor(self.covariance.clone())?.solve(&off)))
+    }
+}
+
 /// Solves the regression; `None` if a number is not finite or the covariance is not positive.
 pub(super) fn regress(
     y: &DVector<f64>,

@@ -20,6 +20,8 @@ pub(super) struct EdgeAxis {
     pub(super) axis: Vector3<f64>,
     /// Standard deviation of the lean about it while the machine stands on its supports (rad).
     pub(super) lean: f64,
+    /// Largest lean on the tyres alone (rad).
+    pub(super) lean_on_tyres: f64,
     /// How far the farthest support is from it (m).
     pub(super) width: f64,
 }
@@ -62,6 +64,7 @@ impl Edges {
                 } else {
                     lean
                 },
+                lean_on_tyres: lean,
                 width,
             })
         });

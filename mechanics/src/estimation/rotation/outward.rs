@@ -23,7 +23,7 @@ const SMOOTHED_S: f64 = 0.03;
 /// Time for which the rate is taken to go on (s).
 pub(super) const AHEAD_S: f64 = 0.3;
 /// Rotation that tyres do not allow, in their largest lean: from one side to the other.
-const TRAVELS: f64 = 2.0;
+pub(super) const TRAVELS: f64 = 2.0;
 /// Share of its largest rate at which a platform still turns on.
 const UNDIMINISHED: f64 = 0.5;
 /// Share of the rotation that an attitude must show as well.

@@ -240,6 +240,27 @@ fn smooth(time_s: f64, from_s: f64, to_s: f64) -> f64 {
     s * s * (3.0 - 2.0 * s)
 }
 
+/// As far as half the weight on one side of a machine of four equal wheels presses the tyres of that side in, to either side.
+#[test]
+fn tyres_let_a_machine_turn_by_what_presses_them_in() {
+    for (tyres, stiffness) in [("8.0e5", 8.0e5), ("1.6e5", 1.6e5)] {
+        let machine = on_tyres(tyres);
+        let watch = PlatformRotation::new(&machine, &imu_and_odometry());
+        let place = |wheel: usize| machine.wheels()[wheel].centre_at_zero.xy();
+        let weight = machine.mass() * GRAVITY;
+        for (at, edge) in machine.polygon().edges().iter().enumerate() {
+            let along = (place(edge.to) - place(edge.from)).normalize();
+            let wheels = 0..machine.wheels().len();
+            let width = wheels
+                .map(|wheel| along.perp(&(place(wheel) - place(edge.from))).abs())
+                .fold(0.0, f64::max);
+            let lean = weight / (2.0 * stiffness * width);
+            let turn = watch.turn_on_tyres(at);
+            assert!((turn / (2.0 * lean) - 1.0).abs() < 0.02, "{turn} {lean}");
+        }
+    }
+}
+
 #[test]
 fn ground_that_gives_way_is_no_fall_and_hides_none() {
     let settles = |time_s: f64| Pose {

@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 use super::attitude::UpByAttitude;
 use super::edges::Edges;
 use super::gyro::UpByGyro;
-use super::outward::{Outward, OutwardTurn, ShownUp};
+use super::outward::{Outward, OutwardTurn, ShownUp, TRAVELS};
 use super::reference::{Claim, Reference, Step};
 use super::speed::Speed;
 use super::spell::{RotationSpell, RotationWitness, certainty};
@@ -151,6 +151,12 @@ impl PlatformRotation {
     #[must_use]
     pub fn axis(&self, edge: usize) -> Vector3<f64> {
         (self.edges.all.get(edge)).map_or_else(Vector3::zeros, |edge| edge.axis)
+    }
+
+    /// How far the tyres let the platform turn about an edge, from one side to the other (rad).
+    #[must_use]
+    pub fn turn_on_tyres(&self, edge: usize) -> f64 {
+        (self.edges.all.get(edge)).map_or(0.0, |edge| TRAVELS * edge.lean_on_tyres)
     }
 
     /// How the platform turns outwards about its edges, as gyro or attitude showed it at this stamp.
