@@ -640,6 +640,8 @@ fn usage_errors_of_screen_exit_with_2() {
         "screen logs --out o --machine m --shard 4/3",
         "screen logs --out o --machine m --fleet f",
         "screen --out o --gather --jobs 2",
+        "screen --out o --gather --prune",
+        "screen --out o --gather records --prune",
         "screen logs --machine m --records r --out o",
         "screen logs --machine m --out o --attempts 2",
         "screen logs --machine m --records r --shard auto/3",
