@@ -195,6 +195,11 @@ const MOST_CORRELATION: f64 = 0.95;
 /// taken away (Marriott and Pope, 1954). Both must be small, as the larger of them is returned: the first alone calls a change of a thousandth of the scatter
 /// sure if it separates a few days well, the second alone trusts the shape of the distribution.
 pub(super) fn fall(values: &[f64]) -> Option<Change> {
+    fall_by(values, MOST_ORDERS)
+}
+
+/// The same by at most so many orders.
+fn fall_by(values: &[f64], most_orders: u32) -> Option<Change> {
     let n = values.len();
     let (first, last) = (
         values.iter().copied().reduce(f64::min)?,
@@ -215,7 +220,7 @@ pub(super) fn fall(values: &[f64]) -> Option<Change> {
     let (mut tried, mut as_large) = (0_u32, 0_u32);
     // equal values in another order must count as equal
     let limit = most - 1e-9 * (last - first);
-    while tried < MOST_ORDERS && as_large < ENOUGH {
+    while tried < most_orders && as_large < ENOUGH {
         shuffle(&mut order, &mut state);
         tried += 1;
         as_large += u32::from(largest_fall(&order).1 >= limit);
@@ -455,7 +460,7 @@ mod tests {
                     last
                 });
                 let series: Vec<f64> = series.collect();
-                alarms += u32::from(fall(&series).unwrap().chance(0.0) < 0.05);
+                alarms += u32::from(fall_by(&series, 1000).unwrap().chance(0.0) < 0.05);
             }
             let share = f64::from(alarms) / f64::from(trials);
             // three standard deviations of the count above 5 %
