@@ -447,7 +447,7 @@ mod tests {
         }
     }
 
-    /// Values that resemble their neighbours (first order, 0.6): most orders of them are less conspicuous than their own.
+    /// Values that resemble their neighbours (first order, 0.8): most orders of them are less conspicuous than their own.
     #[test]
     fn values_that_resemble_their_neighbours_are_called_sure_no_more_often() {
         let mut state = 13;
@@ -456,7 +456,7 @@ mod tests {
             for _ in 0..trials {
                 let mut last = normal(&mut state);
                 let series = (0..n).map(|_| {
-                    last = 0.6 * last + 0.8 * normal(&mut state);
+                    last = 0.8 * last + 0.6 * normal(&mut state);
                     last
                 });
                 let series: Vec<f64> = series.collect();
