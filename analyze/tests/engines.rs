@@ -249,3 +249,20 @@ fn scripts_are_valid_and_name_the_files_beside_them() {
     let submit = fs::read_to_string(deploy().join("aws-batch/submit.sh")).unwrap();
     assert!(submit.contains("file://$job.json") && submit.contains("for job in screen gather"));
 }
+
+mod needs_python {
+    use super::*;
+    use crate::support::run_python;
+
+    /// Which files are logs is known by the program alone.
+    #[test]
+    #[ignore = "needs python3"]
+    fn a_plan_measures_all_logs_that_the_program_reads() {
+        let logs = TempDir::new().unwrap();
+        fs::copy(data("tiny_lift.mcap"), logs.path().join("shift.MCAP")).unwrap();
+        let (plan, machine) = (deploy().join("plan.py"), data("tiny_lift.toml"));
+        let measured = [text(&plan), "--measure", text(logs.path())];
+        let program = ["--program", env!("CARGO_BIN_EXE_tipwatch")];
+        run_python(&[&measured[..], &["--machine", text(&machine)], &program].concat());
+    }
+}

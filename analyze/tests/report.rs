@@ -470,7 +470,14 @@ mod needs_browser {
         let logs =
             ["tip_over", "swing_lift", "hard_brake"].map(|name| data(&format!("{name}.mcap")));
         let machine = data("tip_over.toml");
-        let asked = [&["screen"][..], &logs.each_ref().map(|log| text(log))].concat();
+        // their reasons are not in the order of the alphabet
+        let photos = [("1", "m"), ("2", "a"), ("3", "z")].map(|(name, content)| {
+            let photo = folder.path().join(format!("{name}.mcap"));
+            std::fs::write(&photo, content.repeat(20)).unwrap();
+            photo
+        });
+        let logs = logs.iter().chain(&photos).map(|log| text(log));
+        let asked: Vec<&str> = ["screen"].into_iter().chain(logs).collect();
         let more = ["--machine", text(&machine), "--out", text(&out)];
         let done = tipwatch(&[&asked[..], &more].concat());
         assert!(out.join("fleet.html").exists(), "{}", stderr(&done));

@@ -640,6 +640,8 @@ fn usage_errors_of_screen_exit_with_2() {
         "screen logs --out o --machine m --shard 4/3",
         "screen logs --out o --machine m --fleet f",
         "screen --out o --gather --jobs 2",
+        "screen --out o --gather --prune",
+        "screen --out o --gather records --prune",
         "screen logs --machine m --records r --out o",
         "screen logs --machine m --out o --attempts 2",
         "screen logs --machine m --records r --shard auto/3",
@@ -1203,6 +1205,8 @@ fn the_ranking_says_no_more_than_the_data_bear() {
         ("c", "wheel_lift", 0.99, 5.0),
         ("d", "tip_over", 0.4995, 9.0),
         ("e", "tip_over", 0.99, 0.5),
+        ("f", "wheel_lift", 0.99, 0.2),
+        ("g", "wheel_lift", 0.03, 60.0),
     ] {
         let mut record = pattern.clone();
         record["path"] = format!("/logs/{log}.mcap").into();
@@ -1215,7 +1219,16 @@ fn the_ranking_says_no_more_than_the_data_bear() {
         let mut fault = event.clone();
         fault["kind"] = "input_fault".into();
         fault["subject"] = "imu".into();
-        record["result"]["events"] = vec![event, fault].into();
+        let mut events = vec![event, fault];
+        if log == "f" {
+            // long, and hardly believed
+            let mut other = lift.clone();
+            other["certainty"] = 0.03.into();
+            other["start_ns"] = (lift["start_ns"].as_i64().unwrap() + 100_000_000_000).into();
+            other["duration_s"] = 60.0.into();
+            events.push(other);
+        }
+        record["result"]["events"] = events.into();
         record["result"]["facts"]["doubts"] = vec!["a load that nobody stated"].into();
         record["result"]["has_report"] = false.into();
         if log == "e" {
@@ -1260,10 +1273,21 @@ fn the_ranking_says_no_more_than_the_data_bear() {
             ('c', "2"),
             ('b', "3 to 4"),
             ('a', "3 to 4"),
-            ('d', "5")
+            ('f', "5"),
+            ('d', "6 to 7"),
+            ('g', "6 to 7")
         ]
     );
-    let finding = ranks[4].2;
+    let sql = "SELECT lifted_s, lift_certainty FROM logs WHERE path IN ('/logs/f.mcap', '/logs/g.mcap') ORDER BY path";
+    let lifted = ask(&out, sql);
+    assert_eq!(
+        lifted,
+        serde_json::json!([
+            {"lifted_s": 0.2, "lift_certainty": 0.99},
+            {"lifted_s": 0.0, "lift_certainty": 0.03}
+        ])
+    );
+    let finding = ranks[5].2;
     assert!(
         finding.contains("not decided") && finding.contains("perhaps tip over"),
         "{finding}"

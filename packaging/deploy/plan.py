@@ -80,10 +80,9 @@ def arguments():
 
 def measure(options):
     """Replaces the figures of a log by those of the logs in a folder."""
-    logs = [path for path in options.measure.rglob("*") if path.suffix in (".mcap", ".bag", ".db3")]
     machine = [f"--{key}={getattr(options, key)}" for key in ("machine", "fleet") if getattr(options, key)]
-    if not logs or not machine:
-        sys.exit(f"--measure: expected logs in {options.measure} and --machine or --fleet, found {len(logs)} logs")
+    if not machine:
+        sys.exit("--measure: expected --machine or --fleet as well, found neither")
     with tempfile.TemporaryDirectory() as folder:
         place = f"{folder}/records"
         screen = [options.program, "screen", str(options.measure), *machine]
@@ -94,7 +93,7 @@ def measure(options):
         if not analysed:
             sys.exit("--measure: no log could be analysed")
         options.cpu_s = used.cpu_s / len(records)
-        options.log_bytes = sum(path.stat().st_size for path in logs) / len(records)
+        options.log_bytes = sum(record["bytes"] or 0 for record in contents) / len(records)
         options.memory_bytes = used.memory_bytes
         options.record_bytes = sum(path.stat().st_size for path in records) / len(records)
         options.findings_share = sum(r["result"]["has_report"] for r in analysed) / len(records)

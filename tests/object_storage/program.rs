@@ -336,6 +336,95 @@ fn logs_that_a_bucket_does_not_deliver_fail_by_storage_with_the_code_of_the_serv
 }
 
 #[test]
+fn a_log_that_changes_while_it_is_read_fails_as_changed_and_is_read_by_the_next_run() {
+    let server = serve("changing");
+    // longer than what is read first: else nothing would be read after the change
+    let log = image_log(&data("tiny_lift.mcap"), Some(Compression::Lz4));
+    let other = image_log(&data("tiny.mcap"), Some(Compression::Lz4));
+    upload("changing", "log.mcap", &log);
+    let is_read = |seen: &Seen| seen.method == "GET" && seen.range.is_some();
+    let object = server.folder().join("changing/log.mcap");
+    // the first request is answered before the log is replaced
+    server.inject(1, is_read, Fault::Short(usize::MAX));
+    server.inject(1, is_read, Fault::Replace(object, other));
+    let out = tempfile::tempdir().unwrap();
+    let out = out.path().join("fleet");
+    let (out, machine) = (out.to_str().unwrap(), data("tiny_lift.toml"));
+    let mut found = Vec::new();
+    for _ in 0..2 {
+        let asked = [
+            "screen",
+            "s3://changing",
+            "--machine",
+            machine.to_str().unwrap(),
+        ];
+        let done = run(&server, &[&asked[..], &["--out", out, "--resume"]].concat());
+        let sql = "SELECT failure FROM logs";
+        let rows = run(&server, &["query", out, sql, "--json"]).stdout;
+        let rows: serde_json::Value = serde_json::from_slice(&rows).unwrap();
+        found.push((done.status.code(), rows[0]["failure"].clone()));
+    }
+    let expected = [
+        (Some(1), "changed".into()),
+        (Some(0), serde_json::Value::Null),
+    ];
+    assert_eq!(found, expected);
+}
+
+/// A place that the storage does not list costs no other place, and nothing below it is taken for deleted.
+#[test]
+fn a_place_that_is_not_listed_fails_alone_and_is_tried_again() {
+    let server = serve("listing");
+    for (key, log) in [("a/1.mcap", "tiny.mcap"), ("b/2.mcap", "tiny_lift.mcap")] {
+        upload("listing", key, &std::fs::read(data(log)).unwrap());
+    }
+    let out = tempfile::tempdir().unwrap();
+    let out = out.path().join("fleet");
+    let (out, machine) = (out.to_str().unwrap(), data("tiny_lift.toml"));
+    let screen = |places: &[&str]| {
+        let asked = ["--machine", machine.to_str().unwrap(), "--resume"];
+        let asked = [&["screen", "--prune", "--out", out], places, &asked].concat();
+        run(&server, &asked).status.code()
+    };
+    let rows = || {
+        let sql = "SELECT path, failure FROM logs ORDER BY path";
+        let rows = run(&server, &["query", out, sql, "--json"]).stdout;
+        let rows: serde_json::Value = serde_json::from_slice(&rows).unwrap();
+        let row = |row: &serde_json::Value| {
+            let failure = row["failure"].as_str().map(ToOwned::to_owned);
+            (row["path"].as_str().unwrap().to_owned(), failure)
+        };
+        rows.as_array().unwrap().iter().map(row).collect::<Vec<_>>()
+    };
+    let (a, b) = ("s3://listing/a/1.mcap", "s3://listing/b/2.mcap");
+    let both = [(a.to_owned(), None), (b.to_owned(), None)];
+    let refuse = || {
+        let is_list =
+            |seen: &Seen| seen.path.contains("list-type") && seen.path.contains("prefix=a");
+        server.inject(99, is_list, Fault::Refusal(403, "AccessDenied", None));
+    };
+    for place in ["s3://listing/a", "s3://listing/a/", "s3://listing/a/*.mcap"] {
+        let places = [place, "s3://listing/b"];
+        assert_eq!(screen(&places), Some(0), "{place}");
+        assert_eq!(rows(), both, "{place}");
+        refuse();
+        assert_eq!(screen(&places), Some(1), "{place}");
+        let mut expected = both.to_vec();
+        expected.push((
+            place.trim_end_matches('/').to_owned(),
+            Some("storage".into()),
+        ));
+        expected.sort();
+        assert_eq!(rows(), expected, "{place}");
+        // alone, too
+        assert_eq!(screen(&[place]), Some(1), "{place}");
+        server.heal();
+    }
+    assert_eq!(screen(&["s3://listing/a", "s3://listing/b"]), Some(0));
+    assert_eq!(rows(), both);
+}
+
+#[test]
 fn secrets_of_urls_are_not_shown() {
     let server = serve("secrets");
     let address = format!(

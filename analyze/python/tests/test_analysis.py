@@ -35,6 +35,10 @@ def test_tables_reach_every_library(analysis):
 def test_tables_are_not_copied(analysis):
     first, second = (pa.table(analysis.samples)["load_fl"].chunk(0).buffers()[1] for _ in range(2))
     assert first.address == second.address
+    frames = pl.DataFrame(analysis.samples), analysis.samples.to_polars()
+    of_polars = [frame["load_fl"].to_numpy(allow_copy=False) for frame in frames]
+    for view in (*of_polars, np.asarray(analysis.samples["load_fl"])):
+        assert view.__array_interface__["data"][0] == first.address
 
 
 def test_samples_keep_the_columns_that_are_asked_for(analysis, machine):

@@ -131,8 +131,28 @@ def test_the_tasks_of_an_engine_tell_notes_once(tmp_path):
         ((log, _),) = task.logs([tmp_path / "logs"])
         assert task.run(log) is None
         with pytest.warns(UserWarning, match="left out"):
-            fleet = task.gather(tmp_path / "fleet", [log], None, None, None, False)
+            fleet = task.gather(tmp_path / "fleet", None, None, None, False)
         assert len(fleet.notes) == 1
+
+
+def test_the_tasks_of_an_engine_search_as_threads_do(tmp_path):
+    from tipwatch import _tipwatch
+
+    (tmp_path / "logs").mkdir()
+    for name in ("tiny.mcap", "tiny_lift.mcap"):
+        shutil.copy(DATA / name, tmp_path / "logs")
+    task = _tipwatch.FleetTask(tmp_path / "fleet", machine=DATA / "tiny_lift.toml", reports="none")
+    with pytest.raises(FileNotFoundError, match="expected folders or logs, found nothing there"):
+        task.logs([tmp_path / "nope"])
+    for log, _ in task.logs([tmp_path / "logs"]):
+        assert task.run(log) is None
+    assert task.gather(tmp_path / "fleet", None, None, None, False).totals["logs"] == 2
+    (tmp_path / "logs" / "tiny.mcap").unlink()
+    task.logs([tmp_path / "logs"])
+    # it was in a folder that is named: that it is gone is known
+    with pytest.warns(UserWarning, match="logs that no longer exist and stay in the data set"):
+        fleet = task.gather(tmp_path / "fleet", None, None, None, False)
+    assert len(fleet.notes) == 1 and fleet.totals["logs"] == 2
 
 
 def test_logs_are_named_by_anything_that_has_paths(tmp_path):
@@ -226,14 +246,15 @@ def test_every_option_of_the_program_is_a_keyword(capfd):
         (dict(gather=True), "expected gather without machine"),
         (dict(gather=True, machine=None, jobs=2), "expected gather without jobs"),
         (dict(fleet="fleet.toml"), "expected either machine or fleet"),
+        (dict(gather=True, machine=None, logs=[], prune=True), "expected the folders or logs of the fleet with prune"),
         (dict(gather=True, machine=None, runner="dask"), 'expected gather with runner "threads" alone'),
     ],
 )
 def test_what_no_screen_can_do_is_refused_before_it_begins(tmp_path, monkeypatch, wrong, told):
     monkeypatch.chdir(tmp_path)
-    asked = dict(machine=DATA / "tiny_lift.toml", out="fleet") | wrong
+    asked = dict(logs=DATA / "tiny.mcap", machine=DATA / "tiny_lift.toml", out="fleet") | wrong
     with pytest.raises(ValueError, match=re.escape(told)) as refused:
-        tw.screen(DATA / "tiny.mcap", **asked)
+        tw.screen(**asked)
     assert refused.value.kind == "value"
     assert not list(tmp_path.iterdir())
 

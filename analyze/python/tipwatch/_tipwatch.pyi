@@ -631,7 +631,8 @@ class FleetTask:
     def files(self) -> list[Path]:
         """Absolute paths of the files that a worker needs besides the logs."""
     def logs(self, logs: Sequence[str | PathLike[str]]) -> list[tuple[str, int]]:
-        """The logs, each with the estimated memory of its analysis (bytes), the largest first."""
+        """The logs, each with the estimated memory of its analysis (bytes), the largest first. Of a place that the storage does not
+        list the failure is recorded."""
     def records(self) -> int:
         """Number of logs that have a record."""
     def run(self, log: str | PathLike[str]) -> tuple[str, str] | None:
@@ -641,13 +642,12 @@ class FleetTask:
     def gather(
         self,
         out: str | PathLike[str],
-        logs: Sequence[str | PathLike[str]],
         min_valid: float | None,
         policy: str | PathLike[str] | None,
         fail_on: str | Iterable[str] | None,
         prune: bool,
     ) -> Fleet:
-        """Builds data set and page; logs without a record are in it as failed."""
+        """Builds data set and page; of the logs that were searched for, those without a record are in it as failed."""
 
 def screen(
     logs: _Places = (),
@@ -710,7 +710,7 @@ def screen(
         Kinds of events that no log may have, as "wheel_lift": a policy of these rules. ``Fleet.totals`` counts the logs that
         break it.
     prune : bool
-        Remove logs that no longer exist from the data set.
+        Remove logs that no longer exist from the data set. With ``gather`` the logs must be named.
     reports : {"events", "all", "none"}, optional
         Which logs get a report of their own: those with events of wheels or edges (default), all, or none.
     memory : float, optional

@@ -8,6 +8,7 @@ import time
 from collections.abc import Mapping
 from os import PathLike
 
+from tipwatch._errors import error
 from tipwatch._tipwatch import Fleet, TipwatchError
 
 try:
@@ -17,10 +18,10 @@ try:
     from deltalake import CommitProperties, DeltaTable, write_deltalake
     from deltalake.exceptions import CommitFailedError, DeltaError, TableNotFoundError
 except ModuleNotFoundError as missing:
-    raise TipwatchError(f"tipwatch.delta needs deltalake and pyarrow: pip install 'tipwatch[delta]' ({missing})") from missing
+    text = f"expected the packages deltalake and pyarrow, found not both: pip install 'tipwatch[delta]' ({missing})"
+    raise error("package", text) from missing
 
 _CONTENT = "tipwatch.content"
-_PARTITIONS = ["machine", "day"]
 
 
 def write(
@@ -34,7 +35,8 @@ def write(
 
     Each table is replaced by one commit, so a reader sees the rows of one gathering: rows of an old version of the program
     are gone, and repeated logs do not double. Older versions of the table stay readable. The commit is left out if the
-    table already has these rows.
+    table already has these rows. A table has no partitions, which would be a file for each machine and day: the files tell
+    readers which machines and days they have. One that has partitions, of an earlier version, loses them.
 
     Parameters
     ----------
@@ -55,12 +57,12 @@ def write(
     Raises
     ------
     TipwatchError
-        There is no data set, or the commit failed in all attempts.
+        There is no data set (also a ``FileNotFoundError``), or the commit failed in all attempts.
     """
     out = fleet.logs_uri.removesuffix("/logs/*.parquet") if isinstance(fleet, Fleet) else str(fleet)
     system, root = fs.FileSystem.from_uri(out) if "://" in out else (fs.LocalFileSystem(), out)
     if system.get_file_info(f"{root}/screen.json").type != fs.FileType.File:
-        raise TipwatchError(f"{out}: expected a complete data set, found no screen.json; gather it first")
+        raise error("not_found", f"{out}: expected a complete data set, found no screen.json; gather it first")
     options = dict(storage_options or {})
     # events first: a reader that joins finds the events of every log
     return {
@@ -98,27 +100,27 @@ def _replaced(uri: str, rows: pa.Table, options: dict[str, str], attempts: int) 
         try:
             # the table exists before rows are written: two first writers would otherwise both create it
             table = _opened(uri, rows.schema, options)
-            if table.history(1)[0].get(_CONTENT) == content:
+            if table.history(1)[0].get(_CONTENT) == content and not table.metadata().partition_columns:
                 return table.version()
             properties = CommitProperties(custom_metadata={_CONTENT: content}, max_commit_retries=0)
+            # None would keep the partitions of the table
             write_deltalake(
-                table, rows, mode="overwrite", schema_mode="overwrite", partition_by=_PARTITIONS,
-                commit_properties=properties,
+                table, rows, mode="overwrite", schema_mode="overwrite", partition_by=[], commit_properties=properties
             )
             return DeltaTable(uri, storage_options=options).version()
-        except (CommitFailedError, DeltaError) as error:
+        except (CommitFailedError, DeltaError) as failure:
             if attempt == attempts:
-                raise TipwatchError(f"{uri}: no commit in {attempts} attempts: {error}") from error
+                raise TipwatchError(f"{uri}: no commit in {attempts} attempts: {failure}") from failure
             # other writers wait for other times
             time.sleep(random.uniform(0.0, min(0.1 * 2**attempt, 5.0)))
-    raise TipwatchError(f"{uri}: expected at least one attempt, found {attempts}")
+    raise error("value", f"expected attempts of at least 1, found {attempts}")
 
 
 def _opened(uri: str, schema: pa.Schema, options: dict[str, str]) -> DeltaTable:
     try:
         return DeltaTable(uri, storage_options=options)
     except TableNotFoundError:
-        return DeltaTable.create(uri, schema, mode="ignore", partition_by=_PARTITIONS, storage_options=options)
+        return DeltaTable.create(uri, schema, mode="ignore", storage_options=options)
 
 
 def _digest(rows: pa.Table) -> str:

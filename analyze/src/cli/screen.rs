@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 
-use super::exit::{Exit, Terminal};
+use super::exit::{Exit, Terminal, Usage};
 use super::machine_file::InertiaArgs;
 use super::options::{AnalysisArgs, PolicyArgs};
 use crate::base::number::count_of;
@@ -60,7 +60,8 @@ pub(super) struct ScreenArgs {
     /// program version. Failed logs are retried.
     #[arg(long)]
     resume: bool,
-    /// Remove logs that no longer exist from the data set; without it they stay, and are told.
+    /// Remove logs that no longer exist from the data set; without it they stay, and are told. With `--gather` the logs must
+    /// be named.
     #[arg(long, conflicts_with_all = ["records", "shard"])]
     prune: bool,
     /// Which logs get a report of their own: those with events of wheels or edges, all, or none.
@@ -78,6 +79,11 @@ pub(super) struct ScreenArgs {
 }
 
 pub(super) fn run(args: &ScreenArgs, terminal: Terminal) -> Result<Exit> {
+    if args.prune && args.logs.is_empty() {
+        bail!(Usage(
+            "--prune: expected the folders or logs of the fleet, found none; without them nobody looks for logs that no longer exist"
+        ));
+    }
     tipwatch_allocator::keep_between_tasks();
     let policy = args.policy.policy()?;
     let count = LogCount::new(terminal.quiet);
@@ -104,6 +110,7 @@ pub(super) fn run(args: &ScreenArgs, terminal: Terminal) -> Result<Exit> {
                 records: records.as_ref().unwrap_or(out),
                 out,
                 logs: &args.logs,
+                found: None,
                 prune: args.prune,
                 options: args.analysis.options(),
             };

@@ -44,28 +44,37 @@ pub fn gather(
     }
     let _lock = lock(&out, false)?;
     let mut missing = Vec::new();
-    let mut found = None;
     let (records, unusable) = store.load(&names)?;
     drop(names);
-    if !asked.logs.is_empty() {
+    let searched;
+    let found = match (asked.found, asked.logs) {
+        (Some(found), _) => Some(found),
+        (None, []) => None,
+        (None, logs) => {
+            searched = inputs::find(logs, asked.out)?;
+            let notes = searched.notes().into_iter();
+            notes.for_each(|note| notify(Update::Note(note)));
+            Some(&searched)
+        }
+    };
+    if let Some(found) = found {
         let done: BTreeSet<&str> = records.iter().map(|record| record.path.as_str()).collect();
-        let named = found.insert(inputs::find(asked.logs, asked.out)?);
-        let notes = named.notes().into_iter();
-        notes.for_each(|note| notify(Update::Note(note)));
-        for log in &named.logs {
+        for log in &found.logs {
             let mut record = Box::new(empty_record(log, &asked.options));
             if !done.contains(record.path.as_str()) {
-                record.result = Outcome::Failed {
-                    kind: FailureKind::NoRecord,
-                    reason: "no process finished this log".into(),
+                let (kind, reason) = match found.refusal(log) {
+                    Some(reason) => (FailureKind::Storage, reason),
+                    None => (FailureKind::NoRecord, "no process finished this log"),
                 };
+                let reason = reason.into();
+                record.result = Outcome::Failed { kind, reason };
                 missing.push(record);
             }
         }
     }
     add_unreadable(&mut missing, unusable, &records, &asked.options, notify);
     let records = latest(records, missing);
-    let records = match &found {
+    let records = match found {
         Some(found) => present(
             records,
             |path| found.presence(path),

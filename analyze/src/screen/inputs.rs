@@ -6,7 +6,7 @@
 //! empty lines and lines that start with `#` are skipped. A missing log stays in the list, so that it is
 //! reported as failed.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsString;
 use std::fs;
 use std::io::{self, Read as _};
@@ -16,8 +16,11 @@ use anyhow::{Context, Result};
 use glob::Pattern;
 use tipwatch_binding::read_text;
 use tipwatch_can::ContainerFormat;
-use tipwatch_storage::{Expanded, Folder, Location, expand};
+use tipwatch_storage::{ErrorKind, Expanded, Folder, Location, expand};
 
+use super::failure::FailureKind;
+use super::workers;
+use crate::base::error_text::error_text;
 use crate::output::{CLIPS, DERIVED, EVENTS, SAMPLES, SUMMARY};
 
 /// File extensions of logs; logs given by name may have any.
@@ -38,7 +41,7 @@ const ROSBAG2_METADATA: &str = "metadata.yaml";
 
 /// What was requested.
 #[derive(Debug, Default)]
-pub(super) struct Found {
+pub struct Found {
     /// All logs, each once, sorted by path; those in the output folder are skipped.
     pub(super) logs: Vec<PathBuf>,
     /// Tables and packed texts in folders, which are not logs unless they are named.
@@ -47,9 +50,26 @@ pub(super) struct Found {
     empty: Vec<PathBuf>,
     /// Folders and patterns that were searched.
     searched: Vec<PathBuf>,
+    /// Sizes of the logs of buckets that were listed (bytes).
+    remote_bytes: BTreeMap<PathBuf, u64>,
+    /// Places of a bucket that the storage did not list, and why. Each is one of the logs, which fails by storage.
+    refused: BTreeMap<PathBuf, String>,
 }
 
 impl Found {
+    /// Why the storage did not list a place; `None` of a log.
+    pub(super) fn refusal(&self, path: &Path) -> Option<&str> {
+        self.refused.get(path).map(String::as_str)
+    }
+
+    /// Size of a log's files, for order and memory only; zero if unknown.
+    pub(super) fn size_of(&self, log: &Path) -> u64 {
+        match Location::is_remote_path(log) {
+            true => self.remote_bytes.get(log).copied().unwrap_or(0),
+            false => workers::size_of(log),
+        }
+    }
+
     /// Whether a log was found or named.
     pub(super) fn is_listed(&self, path: &Path) -> bool {
         let place = (self.logs).binary_search_by(|log| log.as_os_str().cmp(path.as_os_str()));
@@ -95,6 +115,9 @@ impl Found {
                 false => Presence::Here,
             };
         }
+        if self.refused.keys().any(|place| covers(place, path)) {
+            return Presence::OutOfReach;
+        }
         let mut above = path.ancestors().skip(1);
         if let Some(folder) = above.find(|folder| self.is_listed(folder)) {
             // a folder that is away or cannot be read is listed, too
@@ -115,7 +138,10 @@ impl Found {
             return Presence::Here;
         }
         // what is not mounted looks like an empty folder: all its logs are missing
-        let is_there = |place: &&PathBuf| self.logs.iter().any(|log| covers(place, log));
+        let is_there = |place: &&PathBuf| {
+            let mut others = self.logs.iter().filter(|log| log != place);
+            others.any(|log| covers(place, log))
+        };
         let mut searched = self.searched.iter().filter(|place| covers(place, path));
         let mut beside = path
             .parent()
@@ -195,6 +221,8 @@ pub(super) fn find(requested: &[PathBuf], out: &Path) -> Result<Found> {
         logs: BTreeSet::new(),
         tables: BTreeSet::new(),
         named_like_logs: BTreeSet::new(),
+        remote_bytes: BTreeMap::new(),
+        refused: BTreeMap::new(),
         out: tidy(out)?,
     };
     for path in requested {
@@ -204,7 +232,9 @@ pub(super) fn find(requested: &[PathBuf], out: &Path) -> Result<Found> {
         logs,
         tables,
         named_like_logs,
-        ..
+        remote_bytes,
+        refused,
+        out: _,
     } = finder;
     let is_empty = |folder: &PathBuf| {
         let mut all = logs.iter().chain(&tables);
@@ -218,6 +248,8 @@ pub(super) fn find(requested: &[PathBuf], out: &Path) -> Result<Found> {
             .collect::<Result<_>>()?,
         left_out: tables.difference(&logs).map(PathBuf::from).collect(),
         empty: folders.filter(is_empty).collect(),
+        remote_bytes,
+        refused,
         logs: logs.into_iter().map(PathBuf::from).collect(),
     };
     if found.logs.is_empty() {
@@ -266,6 +298,8 @@ struct Finder {
     tables: BTreeSet<OsString>,
     /// Folders that are named like a log and are none.
     named_like_logs: BTreeSet<OsString>,
+    remote_bytes: BTreeMap<PathBuf, u64>,
+    refused: BTreeMap<PathBuf, String>,
     out: PathBuf,
 }
 
@@ -334,14 +368,19 @@ impl Finder {
     /// A log, a folder or a pattern of a bucket or server.
     fn add_remote(&mut self, path: &Path) -> Result<()> {
         if is_pattern(path) {
-            let Expanded { found, unnameable } =
-                expand(&path.to_string_lossy())?.unwrap_or_default();
+            let Some(expanded) = self.listed(path, expand(&path.to_string_lossy()))? else {
+                return Ok(());
+            };
+            let Expanded { found, unnameable } = expanded.unwrap_or_default();
             if found.is_empty() && unnameable.is_empty() {
                 let path = path.display();
                 return Err(mistake(format!(
                     "{path}: expected matching logs, found none"
                 )));
             }
+            let sizes = found.iter();
+            self.remote_bytes
+                .extend(sizes.map(|found| (found.location.path().into(), found.bytes)));
             let found = found.iter().map(|found| found.location.path().into());
             // those that cannot be named are reported as failed
             let all = found.chain(unnameable.into_iter().map(OsString::from));
@@ -354,7 +393,9 @@ impl Finder {
             return Ok(());
         }
         let folder = Folder::open(&Location::of(path)?)?;
-        let (entries, unnameable) = folder.list_all("**")?;
+        let Some((entries, unnameable)) = self.listed(path, folder.list_all("**"))? else {
+            return Ok(());
+        };
         let folder_of = |key: &str| {
             key.rsplit_once('/')
                 .map_or("", |(folder, _)| folder)
@@ -371,7 +412,11 @@ impl Finder {
             let path = Path::new(key);
             is_log(path) || ends_packed(path, &SURE_TRACE_ENDINGS)
         };
-        for key in keys().filter(|key| is_named(key) || is_metadata(key)) {
+        for entry in &entries {
+            let key = entry.key.as_str();
+            if !is_named(key) && !is_metadata(key) {
+                continue;
+            }
             let bag = bags.iter().find(|bag| {
                 bag.is_empty()
                     || key
@@ -384,6 +429,7 @@ impl Finder {
                 None => folder.location().join(key)?.path().into(),
             };
             if !log.starts_with(&self.out) {
+                *self.remote_bytes.entry(log.clone()).or_default() += entry.bytes;
                 self.logs.insert(log.into());
             }
         }
@@ -403,6 +449,30 @@ impl Finder {
             self.logs.insert(path.into());
         }
         Ok(())
+    }
+
+    /// What the storage listed at a place. If it refused, the place is one of the logs, which fails by storage: nothing is known of
+    /// the logs below it, and the others are analysed.
+    ///
+    /// # Errors
+    /// The place is a mistake in the call, or cannot be listed at all.
+    fn listed<T>(
+        &mut self,
+        place: &Path,
+        listed: Result<T, tipwatch_storage::Error>,
+    ) -> Result<Option<T>> {
+        let error = match listed {
+            Ok(listed) => return Ok(Some(listed)),
+            Err(error) => error,
+        };
+        let is_mistake = error.kind == ErrorKind::NotAPlace;
+        let error = error.into();
+        if is_mistake || FailureKind::of(&error) != FailureKind::Storage {
+            return Err(error);
+        }
+        self.logs.insert(place.into());
+        self.refused.insert(place.into(), error_text(&error));
+        Ok(None)
     }
 
     /// The logs in a folder tree. An unreadable folder is listed itself, so that it is reported.

@@ -36,10 +36,11 @@ pub use data_set::{Answer, NotAnswered, TABLES, query};
 pub use failure::FailureKind;
 pub use fleet_file::Fleet;
 pub use gather::{PAGE, gather, totals_of};
+pub use inputs::Found;
 pub use request::{
     DEFAULT_ATTEMPTS, Gate, Gathering, MOST_JOBS, Output, Reports, Request, Screen, Update,
 };
 pub use run::screen;
 pub use shard::Shard;
-pub use task::{Task, TaskResult, logs_of};
+pub use task::{Task, TaskResult};
 pub use totals::Totals;

@@ -14,6 +14,7 @@ use tipwatch_storage::Location;
 use super::attempts::{Attempt, Attempts};
 use super::failure::FailureKind;
 use super::fleet_file::Fleet;
+use super::inputs::Found;
 use super::place::Place;
 use super::record::{
     MachineName, Outcome, RECORD_SCHEMA, REPORT_PAGE, REPORTS, Record, Records, path_key,
@@ -37,6 +38,8 @@ use crate::tables::summary::Summary;
 /// What all logs of a run share.
 pub(super) struct Screening<'a> {
     pub(super) fleet: &'a Fleet,
+    /// What the search for the logs found; `None` of a task, which knows its log alone.
+    pub(super) found: Option<&'a Found>,
     pub(super) options: Options,
     /// Which logs get a report.
     pub(super) reports: Reports,
@@ -142,6 +145,9 @@ impl Screening<'_> {
         record: &mut Record,
         attempt: &mut Option<Attempt>,
     ) -> Result<bool> {
+        if let Some(reason) = self.found.and_then(|found| found.refusal(path)) {
+            return Err(FailureKind::Storage.error(reason.into()));
+        }
         let (identity, mut opened) = identify(path)?;
         record.log_id = Some(identity.id.as_str().into());
         record.bytes = Some(identity.bytes);

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
+use super::inputs::Found;
 use super::shard::Shard;
 use super::totals::Totals;
 use crate::base::options::Options;
@@ -75,6 +76,8 @@ pub struct Gathering<'a> {
     /// The logs that must have a record, if any are named: folders, patterns, manifests and logs. Those
     /// without one are in the data set as failed.
     pub logs: &'a [PathBuf],
+    /// What the search for these logs found before their analysis; if `None`, they are searched for.
+    pub found: Option<&'a Found>,
     /// Whether records of named logs that no longer exist are removed.
     pub prune: bool,
     /// Options, of which the failed logs name the model.

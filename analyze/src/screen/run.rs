@@ -82,6 +82,7 @@ pub fn screen(
     };
     let screening = Screening {
         fleet,
+        found: Some(&found),
         options: request.options,
         reports: request.reports,
         place: place.clone(),
@@ -179,7 +180,8 @@ fn screen_all(
     notify: &(dyn Fn(Update<'_>) + Sync),
 ) -> Result<Vec<Screened>> {
     let finished: Mutex<Vec<Screened>> = Mutex::new(Vec::new());
-    workers::for_each_log(logs, jobs, request.memory_bytes, |log| {
+    let size_of = |log: &Path| screening.found.map_or(0, |found| found.size_of(log));
+    workers::for_each_log(logs, size_of, jobs, request.memory_bytes, |log| {
         if request
             .stop
             .is_some_and(|stop| stop.load(Ordering::Relaxed))

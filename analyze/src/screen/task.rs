@@ -8,7 +8,7 @@ use tipwatch_storage::redact;
 
 use super::failure::FailureKind;
 use super::fleet_file::Fleet;
-use super::inputs;
+use super::inputs::{self, Found};
 use super::one_log::{CurrentRun, Screening, empty_record};
 use super::place::Place;
 use super::record::Outcome;
@@ -46,6 +46,7 @@ impl Task<'_> {
         let place = Place::at(self.records)?;
         let screening = Screening {
             fleet,
+            found: None,
             options: self.options,
             reports: self.reports,
             before: Before::OnDemand,
@@ -63,6 +64,34 @@ impl Task<'_> {
             failure,
             is_from_before: screened.is_from_before,
         })
+    }
+
+    /// The logs of a run over a fleet, each with the estimated memory of its analysis (bytes), the largest first, and what the
+    /// gathering must know of the search. Notes about them go to `notify`. A place that the storage does not list has the record
+    /// of its failure then, and is none of the logs.
+    ///
+    /// # Errors
+    /// None of the named places exists, a pattern matches nothing, a manifest cannot be read, there is no log at all, or a
+    /// record cannot be written.
+    pub fn logs(
+        &self,
+        requested: &[PathBuf],
+        fleet: &Fleet,
+        notify: &dyn Fn(Update<'_>),
+    ) -> Result<(Vec<(PathBuf, u64)>, Found)> {
+        inputs::require_any(requested)?;
+        let found = inputs::find(requested, self.records)?;
+        let notes = found.notes().into_iter().chain(fleet.note());
+        notes.for_each(|note| notify(Update::Note(note)));
+        let mut logs = Vec::new();
+        for log in &found.logs {
+            match found.refusal(log) {
+                Some(reason) => self.fail(log, FailureKind::Storage, reason)?,
+                None => logs.push((log.clone(), workers::memory_of(found.size_of(log)))),
+            }
+        }
+        logs.sort_by(|a, b| b.1.cmp(&a.1).then_with(|| a.0.cmp(&b.0)));
+        Ok((logs, found))
     }
 
     /// Number of logs that have a record.
@@ -85,29 +114,4 @@ impl Task<'_> {
         };
         Store::of(&Place::at(self.records)?).save(&record)
     }
-}
-
-/// The logs of a run over a fleet, each with the estimated memory of its analysis (bytes), the largest
-/// first. Notes about them go to `notify`.
-///
-/// # Errors
-/// A pattern matches nothing, a manifest cannot be read, or there is no log at all.
-pub fn logs_of(
-    requested: &[PathBuf],
-    out: &Path,
-    fleet: &Fleet,
-    notify: &dyn Fn(Update<'_>),
-) -> Result<Vec<(PathBuf, u64)>> {
-    let found = inputs::find(requested, out)?;
-    let notes = found.notes().into_iter().chain(fleet.note());
-    notes.for_each(|note| notify(Update::Note(note)));
-    let mut logs: Vec<(PathBuf, u64)> = (found.logs)
-        .into_iter()
-        .map(|log| {
-            let bytes = workers::estimated_memory(&log);
-            (log, bytes)
-        })
-        .collect();
-    logs.sort_by(|a, b| b.1.cmp(&a.1).then_with(|| a.0.cmp(&b.0)));
-    Ok(logs)
 }

@@ -32,7 +32,7 @@ struct Shared {
     memory_bytes: u64,
 }
 
-/// Calls `work` for each log on `jobs` threads. Each analyses its log on its own, so memory and speed
+/// Calls `work` for each log on `jobs` threads, the largest first. Each analyses its log on its own, so memory and speed
 /// scale with the number of workers. The estimated memory stays within `memory_bytes`, except that one
 /// log is always in progress.
 ///
@@ -40,6 +40,7 @@ struct Shared {
 /// The first error of `work`; logs in progress are finished, no others are started.
 pub(super) fn for_each_log(
     logs: &[PathBuf],
+    size_of: impl Fn(&Path) -> u64,
     jobs: usize,
     memory_bytes: Option<u64>,
     work: impl Fn(&Path) -> Result<()> + Sync,
@@ -125,21 +126,16 @@ impl Shared {
     }
 }
 
-/// Estimated memory of the analysis of a log (bytes).
-pub(super) fn estimated_memory(log: &Path) -> u64 {
-    memory_of(size_of(log))
-}
-
 /// Estimated memory of the analysis of a log of this size (bytes).
-fn memory_of(size: u64) -> u64 {
+pub(super) fn memory_of(size: u64) -> u64 {
     // keeps the sum of many far from overflow
     BASE_BYTES
         .saturating_add(size.saturating_mul(BYTES_PER_BYTE))
         .min(1 << 50)
 }
 
-/// Size of a log's files, for the order only; zero if unreadable.
-fn size_of(path: &Path) -> u64 {
+/// Size of the files of a log of this computer, for order and memory only; zero if unreadable.
+pub(super) fn size_of(path: &Path) -> u64 {
     let Ok(metadata) = std::fs::metadata(path) else {
         return 0;
     };
@@ -172,7 +168,7 @@ mod tests {
             AtomicUsize::new(0),
             AtomicUsize::new(0),
         );
-        for_each_log(&logs, 4, Some(memory_bytes), |_| {
+        for_each_log(&logs, size_of, 4, Some(memory_bytes), |_| {
             most.fetch_max(now.fetch_add(1, Ordering::SeqCst) + 1, Ordering::SeqCst);
             (0..1000).for_each(|_| std::thread::yield_now());
             now.fetch_sub(1, Ordering::SeqCst);
@@ -194,7 +190,8 @@ mod tests {
     #[test]
     fn an_error_of_the_run_stops_all_workers() {
         let logs = [PathBuf::from("a"), PathBuf::from("b")];
-        let error = for_each_log(&logs, 1, None, |_| anyhow::bail!("disk full")).unwrap_err();
+        let error =
+            for_each_log(&logs, size_of, 1, None, |_| anyhow::bail!("disk full")).unwrap_err();
         assert_eq!(error.to_string(), "disk full");
     }
 }

@@ -57,7 +57,7 @@ use crate::machine::machine_file;
 ///     Kinds of events that no log may have, as "wheel_lift": a policy of these rules. ``Fleet.totals`` counts the logs that
 ///     break it.
 /// prune : bool
-///     Remove logs that no longer exist from the data set.
+///     Remove logs that no longer exist from the data set. With ``gather`` the logs must be named.
 /// reports : {"events", "all", "none"}, optional
 ///     Which logs get a report of their own: those with events of wheels or edges (default), all, or none.
 /// memory : float, optional
@@ -166,6 +166,13 @@ pub(crate) fn screen(
     };
     let checked = || {
         refuse_conflicts(&given, runner)?;
+        if gather.is_asked() && prune && logs.0.is_empty() {
+            bail!(Mistake(
+                "expected the folders or logs of the fleet with prune, found none; without them nobody looks for logs that no \
+                 longer exist"
+                    .into()
+            ));
+        }
         if let Some(share) = min_valid
             && !(0.0..=1.0).contains(&share)
         {
@@ -330,6 +337,7 @@ impl Call<'_> {
                     records,
                     out: &place,
                     logs: &self.logs,
+                    found: None,
                     prune: self.prune,
                     options,
                 };

@@ -2,12 +2,13 @@
 
 use std::ffi::OsString;
 use std::path::{PathBuf, absolute};
+use std::sync::{Mutex, PoisonError};
 
 use anyhow::{Context, Result, anyhow, bail};
 use pyo3::prelude::*;
 use tipwatch_analyze::base::options::Options;
 use tipwatch_analyze::screen::{
-    FailureKind, Fleet as Machines, Gathering, Reports, Task, TaskResult, Update, gather, logs_of,
+    FailureKind, Fleet as Machines, Found, Gathering, Reports, Task, TaskResult, Update, gather,
 };
 use tipwatch_binding::MachineFile;
 
@@ -28,6 +29,8 @@ pub(crate) struct FleetTask {
     reports: Reports,
     /// What the search for the logs told.
     notes: Notes,
+    /// What it found; `None` before it.
+    found: Mutex<Option<Found>>,
 }
 
 #[pymethods]
@@ -73,6 +76,7 @@ impl FleetTask {
                 options: stated.options()?,
                 reports: value("reports", reports, Reports::default())?,
                 notes: Notes::default(),
+                found: Mutex::default(),
             })
         };
         read().map_err(|error| exception(&error))
@@ -93,14 +97,17 @@ impl FleetTask {
         Ok(files)
     }
 
-    /// The logs, each with the estimated memory of its analysis (bytes), the largest first.
+    /// The logs, each with the estimated memory of its analysis (bytes), the largest first. Of a place that the storage does not
+    /// list the failure is recorded.
     fn logs(&self, py: Python<'_>, logs: Vec<Place>) -> PyResult<Vec<(OsString, u64)>> {
         let logs = paths(logs);
         let tell = |told: Update<'_>| self.notes.take(told);
-        let found = py.detach(|| logs_of(&logs, &self.records, &self.machines, &tell));
-        let found = found.map_err(|error| exception(&error))?.into_iter();
+        let searched = py.detach(|| self.task().logs(&logs, &self.machines, &tell));
+        let (logs, found) = searched.map_err(|error| exception(&error))?;
+        *self.found.lock().unwrap_or_else(PoisonError::into_inner) = Some(found);
         // a path object would not keep the two slashes of a URL
-        Ok(found.map(|(log, bytes)| (log.into(), bytes)).collect())
+        let logs = logs.into_iter();
+        Ok(logs.map(|(log, bytes)| (log.into(), bytes)).collect())
     }
 
     /// Number of logs that have a record.
@@ -127,25 +134,25 @@ impl FleetTask {
         py.detach(fail).map_err(|error| exception(&error))
     }
 
-    /// Builds data set and page; logs without a record are in it as failed.
-    #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
+    /// Builds data set and page; of the logs that were searched for, those without a record are in it as failed.
     fn gather(
         &self,
         py: Python<'_>,
         out: Place,
-        logs: Vec<Place>,
         min_valid: Option<f64>,
         policy: Option<Place>,
         fail_on: Option<Words>,
         prune: bool,
     ) -> PyResult<Py<Fleet>> {
-        let (out, logs) = (out.into_path(), paths(logs));
+        let out = out.into_path();
         let policy = rules(policy.as_ref(), fail_on.as_ref()).map_err(|error| exception(&error))?;
         let gathered = py.detach(|| {
+            let found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
             let asked = Gathering {
                 records: &self.records,
                 out: &out,
-                logs: &logs,
+                logs: &[],
+                found: found.as_ref(),
                 prune,
                 options: self.options,
             };

@@ -3,13 +3,16 @@
 import json
 import re
 import shutil
+import subprocess
+import sys
 import threading
 from pathlib import Path
 
 import duckdb
 import polars as pl
+import pytest
 from conftest import MACHINE
-from deltalake import DeltaTable
+from deltalake import CommitProperties, DeltaTable, write_deltalake
 
 import tipwatch as tw
 from tipwatch import delta
@@ -30,8 +33,8 @@ def test_the_tables_have_the_rows_of_the_data_set_once(logs, tmp_path):
     assert delta.write(fleet, uri) == delta.write(out, uri), "the same rows are not committed again"
     parquet = pl.read_parquet(fleet.logs_uri)
     assert same(table_of(uri, "logs"), parquet, ["path"])
-    # partitions, and a machine and a day that nobody knows
-    assert DeltaTable(f"{uri}/logs").metadata().partition_columns == ["machine", "day"]
+    # one file, whatever machines and days there are
+    assert len(DeltaTable(f"{uri}/logs").file_uris()) == 1
     assert table_of(uri, "logs")["day"].null_count() == parquet["day"].null_count()
     rows = table_of(uri, "logs")
     assert duckdb.sql("select count(*) from rows").fetchall() == [(len(rows),)]
@@ -50,7 +53,7 @@ def test_the_tables_have_the_rows_of_the_data_set_once(logs, tmp_path):
             )
     from tipwatch import _tipwatch
 
-    _tipwatch.FleetTask(out, machine=MACHINE).gather(out, [], 0.5, policy=None, fail_on=None, prune=False)
+    _tipwatch.FleetTask(out, machine=MACHINE).gather(out, 0.5, policy=None, fail_on=None, prune=False)
     delta.write(out, uri)
     rows = table_of(uri, "logs")
     assert rows["path"].is_unique().all() and rows["log_id"].drop_nulls().is_unique().all()
@@ -58,6 +61,35 @@ def test_the_tables_have_the_rows_of_the_data_set_once(logs, tmp_path):
     newest = rows.filter(pl.col("path").str.ends_with("coverage_05.mcap"))
     assert newest["tipwatch_version"].to_list() == ["99.0.0"]
     assert len(pl.from_arrow(DeltaTable(f"{uri}/logs", version=before).to_pyarrow_dataset().to_table())) == len(parquet)
+
+
+def test_a_table_with_partitions_loses_them_and_keeps_its_versions(logs, tmp_path):
+    out, uri = tmp_path / "fleet", str(tmp_path / "delta")
+    parquet = pl.read_parquet(tw.screen(logs, machine=MACHINE, out=out).logs_uri)
+    delta.write(out, uri)
+    # as the version before wrote it, with the same rows
+    rows, last = DeltaTable(f"{uri}/logs").to_pyarrow_table(), DeltaTable(f"{uri}/logs").history(1)[0]
+    shutil.rmtree(f"{uri}/logs")
+    write_deltalake(
+        f"{uri}/logs", rows, partition_by=["machine", "day"],
+        commit_properties=CommitProperties(custom_metadata={delta._CONTENT: last[delta._CONTENT]}),
+    )
+    assert len(DeltaTable(f"{uri}/logs").file_uris()) > 1
+    assert delta.write(out, uri)["logs"] == 1
+    table = DeltaTable(f"{uri}/logs")
+    assert table.metadata().partition_columns == [] and len(table.file_uris()) == 1
+    assert same(table_of(uri, "logs"), parquet, ["path"])
+    assert DeltaTable(f"{uri}/logs", version=0).to_pyarrow_table().num_rows == len(parquet)
+    assert delta.write(out, uri)["logs"] == 1
+
+
+def test_what_is_missing_has_a_kind(tmp_path):
+    with pytest.raises(FileNotFoundError, match="expected a complete data set") as missing:
+        delta.write(tmp_path, str(tmp_path / "delta"))
+    assert missing.value.kind == "not_found"
+    without = "import sys; sys.modules['deltalake'] = None\ntry:\n import tipwatch.delta\nexcept ImportError as error:\n print(error.kind)"
+    told = subprocess.run([sys.executable, "-c", without], capture_output=True, text=True, check=True)
+    assert told.stdout == "package\n"
 
 
 def test_events_are_a_table_of_their_own(tmp_path):

@@ -63,9 +63,7 @@ def screen(
     if tell is not None:
         tell(0, len(all_logs))
     engine.run(parcel, all_logs, finished, in_flight=jobs, retries=retries)
-    # what is gone is known from the folders; else a log that came meanwhile is none of this run
-    named = list(logs) if judged["prune"] else [log for log, _ in all_logs]
-    return task.gather(out, named, **judged)
+    return task.gather(out, **judged)
 
 
 def _absolute(out: str | PathLike[str]) -> str:

@@ -83,7 +83,7 @@ record! {
         joints: Option<Vec<String>>,
         /// their positions at that time (rad or m)
         worst_posture: Option<Vec<Option<f64>>> ["rad or m"],
-        /// time with a wheel off the ground under the stated split
+        /// time with a wheel off the ground under the stated split, by the lifts that are more likely than not
         lifted_s: Option<f64> ["s"],
         /// confidence of the surest lift under the stated split; null without a lift
         lift_certainty: Option<f64> ["-"],
@@ -276,10 +276,11 @@ fn lifts(events: &[EventFacts]) -> impl Iterator<Item = &EventFacts> {
     events.iter().filter(|event| event.kind.is_lift())
 }
 
-/// Time in which at least one wheel was off the ground, and its standard deviation (s): an end is taken to be known as well as
-/// the start.
+/// Time in which at least one wheel was off the ground, and its standard deviation (s), by the lifts that are more likely than
+/// not: an end is taken to be known as well as the start.
 pub(in crate::screen) fn lifted(events: &[EventFacts]) -> (f64, f64) {
     let mut spans: Vec<(i64, i64, f64)> = lifts(events)
+        .filter(|event| event.is_fact())
         .map(|event| {
             let lasts_ns = (event.duration_s * 1e9).round() as i64;
             let end_ns = event.start_ns.saturating_add(lasts_ns);

@@ -186,7 +186,7 @@ pub(in crate::screen) fn comparisons(rows: &[LogRow], min_valid: f64) -> Vec<Com
     let few = |days: &&Vec<Days<'_>>| days.len() >= 2 * LEAST_SEGMENT;
     let needed = days_needed(histories.values().filter(few).count());
     let quantities: Vec<Quantity> = Quantity::iter().collect();
-    let history: Vec<Family> = histories
+    let mut history: Vec<Family> = histories
         .par_iter()
         .flat_map_iter(|(machine, days)| {
             let quantities = quantities.iter();
@@ -195,6 +195,7 @@ pub(in crate::screen) fn comparisons(rows: &[LogRow], min_valid: f64) -> Vec<Com
             [worse, better]
         })
         .collect();
+    judge_changes(&mut history);
     let typical: BTreeMap<&str, Typical<'_>> = machines
         .par_iter()
         .map(|(machine, logs)| (*machine, Typical::of(logs)))
@@ -228,10 +229,30 @@ struct Raw {
     chance: Result<f64, String>,
     /// Whether only a worse or only a better machine was looked for.
     direction: Option<bool>,
+    /// The change in its history, which the others help to judge.
+    change: Option<Change>,
 }
 
 /// The comparisons of one machine, one for each quantity.
 type Family = Vec<Raw>;
+
+/// Gives each change in a history its probability. How much days resemble each other is hardly known from those of one machine:
+/// it is taken to be at least as much as in the fleet, of the same quantity and direction.
+fn judge_changes(history: &mut [Family]) {
+    let mut of_each: BTreeMap<(Quantity, Option<bool>), Vec<f64>> = BTreeMap::new();
+    for raw in history.iter().flatten() {
+        let found = of_each.entry((raw.comparison.quantity, raw.direction));
+        found
+            .or_default()
+            .extend(raw.change.map(|change| change.correlation));
+    }
+    for raw in history.iter_mut().flatten() {
+        let usual = mean(&of_each[&(raw.comparison.quantity, raw.direction)]);
+        if let (Ok(chance), Some(change)) = (&mut raw.chance, &raw.change) {
+            *chance = change.chance(usual.unwrap_or(0.0));
+        }
+    }
+}
 
 /// Judges the machines: of those called outliers at most `most_false` are expected to be so by chance (Benjamini and
 /// Hochberg over the machines). The quantities of a machine are corrected among themselves (Bonferroni), and those of an
@@ -353,6 +374,7 @@ fn with_history(machine: &str, days: &[Days<'_>], quantity: Quantity, needed: us
         let sign = if is_worse { sign } else { -sign };
         let mut comparison = empty(machine, Against::History, quantity);
         let series: Vec<f64> = known.iter().map(|day| sign * day.value).collect();
+        let mut change = None;
         let chance = if series.len() < needed {
             comparison.usual_count = series.len();
             Err(format!(
@@ -363,11 +385,12 @@ fn with_history(machine: &str, days: &[Days<'_>], quantity: Quantity, needed: us
             match fall(&series) {
                 // constant
                 None => Ok(1.0),
-                Some(Change { before, chance, .. }) => {
-                    let (earlier, since) = known.split_at(before);
+                Some(found) => {
+                    let (earlier, since) = known.split_at(found.before);
                     let middle = |days: &[DayValue<'_>]| {
                         median(&days.iter().map(|day| day.value).collect::<Vec<_>>())
                     };
+                    change = Some(found);
                     comparison.since = since.first().map(|day| day.day);
                     comparison.value = middle(since);
                     comparison.usual = middle(earlier);
@@ -384,7 +407,8 @@ fn with_history(machine: &str, days: &[Days<'_>], quantity: Quantity, needed: us
                                  would tell"
                                     .into(),
                             ),
-                            false => Ok(chance),
+                            // judged with those of the fleet
+                            false => Ok(1.0),
                         }
                     })
                 }
@@ -394,6 +418,7 @@ fn with_history(machine: &str, days: &[Days<'_>], quantity: Quantity, needed: us
             comparison,
             chance,
             direction: Some(is_worse),
+            change,
         }
     };
     (compare(true), compare(false))
@@ -485,6 +510,7 @@ fn with_type(
             comparison,
             chance: Err(reason),
             direction: None,
+            change: None,
         });
     }
     if usual.len() < LEAST_OTHERS {
@@ -496,6 +522,7 @@ fn with_type(
             comparison,
             chance: Err(reason),
             direction: None,
+            change: None,
         });
     }
     // the uncertainty of a margin is that of the machine file, which all logs of the machine share
@@ -518,6 +545,7 @@ fn with_type(
         comparison,
         chance,
         direction: None,
+        change: None,
     })
 }
 

@@ -152,9 +152,29 @@ pub(super) struct Change {
     pub(super) before: usize,
     /// Mean after it minus mean before it.
     pub(super) difference: f64,
-    /// Probability that a series whose order is chance shows so large a change in this direction.
-    pub(super) chance: f64,
+    /// Correlation of neighbouring values within the two parts: days resemble each other, by weather, site and work.
+    pub(super) correlation: f64,
+    /// Number of values.
+    values: usize,
+    /// T / s, and the probability by order.
+    score: f64,
+    by_order: f64,
 }
+
+impl Change {
+    /// Probability that a series in which nothing changed shows so large a change in this direction. Of few values the
+    /// correlation is hardly known: it is taken to be at least `usual`, that of comparable series.
+    pub(super) fn chance(&self, usual: f64) -> f64 {
+        let correlation = self.correlation.max(usual).clamp(0.0, MOST_CORRELATION);
+        let t = self.score * ((1.0 - correlation) / (1.0 + correlation)).sqrt();
+        let places = self.values + 1 - 2 * LEAST_SEGMENT;
+        let normal = 0.5 * student_two_sided(t, (self.values - 2) as u32) * places as f64;
+        self.by_order.max(STRICTER * normal).min(1.0)
+    }
+}
+
+/// Largest correlation that is believed: what resembles itself more is a level that wanders.
+const MOST_CORRELATION: f64 = 0.95;
 
 /// The most pronounced fall of the mean within a series, such that values after it are smaller; `None` of a series that is
 /// too short or constant.
@@ -162,16 +182,24 @@ pub(super) struct Change {
 /// ```text
 ///     T = max over k of (mean of the first k - mean of the others) sqrt(k (n - k) / n)
 /// ```
-/// If nothing changed, every order of the values is equally likely, whatever their distribution. The probability is
-/// therefore the share of random orders with a T at least as large (permutation test of the largest CUSUM, with the
+/// If nothing changed and the values are independent, every order of them is equally likely, whatever their distribution. The
+/// probability by order is therefore the share of random orders with a T at least as large (permutation test of the largest CUSUM, with the
 /// stopping rule of Besag and Clifford). A second one assumes normal values:
 ///
 /// ```text
-///     t = T / s,  s from the values within the two parts,  times the number of k (Bonferroni)
+///     t = T / s sqrt((1 - r) / (1 + r)),  times the number of k (Bonferroni)
+///     r = r1 + 2 (1 + 3 r1) / n
 /// ```
-/// Both must be small, as the larger of them is returned: the first alone calls a change of a thousandth of the scatter
+/// with s and the correlation r1 of neighbours from the values within the two parts: n values that resemble their neighbours
+/// tell as much of a mean as n (1 - r) / (1 + r) independent ones, and r1 is too small by (1 + 3 r1) / n for each mean that is
+/// taken away (Marriott and Pope, 1954). Both must be small, as the larger of them is returned: the first alone calls a change of a thousandth of the scatter
 /// sure if it separates a few days well, the second alone trusts the shape of the distribution.
 pub(super) fn fall(values: &[f64]) -> Option<Change> {
+    fall_by(values, MOST_ORDERS)
+}
+
+/// The same by at most so many orders.
+fn fall_by(values: &[f64], most_orders: u32) -> Option<Change> {
     let n = values.len();
     let (first, last) = (
         values.iter().copied().reduce(f64::min)?,
@@ -192,18 +220,20 @@ pub(super) fn fall(values: &[f64]) -> Option<Change> {
     let (mut tried, mut as_large) = (0_u32, 0_u32);
     // equal values in another order must count as equal
     let limit = most - 1e-9 * (last - first);
-    while tried < MOST_ORDERS && as_large < ENOUGH {
+    while tried < most_orders && as_large < ENOUGH {
         shuffle(&mut order, &mut state);
         tried += 1;
         as_large += u32::from(largest_fall(&order).1 >= limit);
     }
     let by_order = f64::from(as_large + 1) / f64::from(tried + 1);
+    let (spread, correlation) = scatter(early, late);
     Some(Change {
         before,
         difference,
-        chance: by_order
-            .max(STRICTER * normal_chance(early, late, most))
-            .min(1.0),
+        correlation: correlation + 2.0 * (1.0 + 3.0 * correlation) / n as f64,
+        values: n,
+        score: most / spread,
+        by_order,
     })
 }
 
@@ -211,24 +241,24 @@ pub(super) fn fall(values: &[f64]) -> Option<Change> {
 /// whose probability is many times smaller, and leaves few alarms to chance.
 const STRICTER: f64 = 50.0;
 
-/// Probability of a fall as large as T under a normal distribution.
-fn normal_chance(early: &[f64], late: &[f64], most: f64) -> f64 {
-    let squares = |values: &[f64]| {
-        let mean = values.iter().sum::<f64>() / values.len() as f64;
-        values
-            .iter()
-            .map(|value| (value - mean).powi(2))
-            .sum::<f64>()
-    };
-    let n = early.len() + late.len();
-    let freedom = n - 2;
-    let variance = (squares(early) + squares(late)) / freedom as f64;
-    if variance <= 0.0 {
-        return 0.0;
+/// Standard deviation within two parts, and the correlation of neighbours there; no correlation of equal values.
+fn scatter(early: &[f64], late: &[f64]) -> (f64, f64) {
+    let (mut squares, mut products) = (0.0, 0.0);
+    for part in [early, late] {
+        let mean = part.iter().sum::<f64>() / part.len() as f64;
+        squares += part.iter().map(|value| (value - mean).powi(2)).sum::<f64>();
+        let neighbours = part.windows(2);
+        products += neighbours
+            .map(|two| (two[0] - mean) * (two[1] - mean))
+            .sum::<f64>();
     }
-    let places = n + 1 - 2 * LEAST_SEGMENT;
-    let two_sided = student_two_sided(most / variance.sqrt(), freedom as u32);
-    0.5 * two_sided * places as f64
+    let freedom = early.len() + late.len() - 2;
+    let correlation = if squares > 0.0 {
+        products / squares
+    } else {
+        0.0
+    };
+    ((squares / freedom as f64).sqrt(), correlation)
 }
 
 /// Where the mean falls most, as the number of values before it, and by how much (T).
@@ -358,11 +388,11 @@ mod tests {
         assert!((found.difference + 0.45).abs() < 0.03);
         // the five smallest values are last in one of C(18, 5) orders
         assert!(
-            (found.chance - 1.0 / 8568.0).abs() < 0.3 / 8568.0,
+            (found.chance(0.0) - 1.0 / 8568.0).abs() < 0.3 / 8568.0,
             "{found:?}"
         );
         let rising: Vec<f64> = values.iter().rev().copied().collect();
-        assert!(fall(&rising).unwrap().chance > 0.5);
+        assert!(fall(&rising).unwrap().chance(0.0) > 0.5);
     }
 
     #[test]
@@ -375,7 +405,7 @@ mod tests {
         assert_eq!(fall(&[1.0, 2.0, 3.0, 4.0, 5.0]), None);
         // two values that take turns
         let turns: Vec<f64> = (0..20).map(|i| f64::from(i % 2)).collect();
-        assert!(fall(&turns).unwrap().chance > 0.5);
+        assert!(fall(&turns).unwrap().chance(0.0) > 0.5);
     }
 
     /// Normal numbers: the sum of twelve uniform ones (SplitMix64).
@@ -402,11 +432,11 @@ mod tests {
                 let sorted = Sorted::of(all.clone());
                 let chance = of_one_more(*one, 0.0, &sorted.without(Some(*one)));
                 alarms[0] += u32::from(chance.unwrap() < 0.05);
-                alarms[1] += u32::from(fall(others).unwrap().chance < 0.05);
+                alarms[1] += u32::from(fall(others).unwrap().chance(0.0) < 0.05);
                 // mostly nothing, sometimes much: far from normal
                 let rare = |value: &f64| if *value > 1.3 { value.exp() } else { 0.0 };
                 let rare: Vec<f64> = others.iter().map(rare).collect();
-                alarms[2] += u32::from(fall(&rare).is_some_and(|change| change.chance < 0.05));
+                alarms[2] += u32::from(fall(&rare).is_some_and(|change| change.chance(0.0) < 0.05));
             }
             let share = alarms.map(|count| f64::from(count) / f64::from(trials));
             // three standard deviations of the count above 5 %
@@ -414,6 +444,27 @@ mod tests {
                 share.iter().all(|share| *share < 0.05 + 0.0207),
                 "{n}: {share:?}"
             );
+        }
+    }
+
+    /// Values that resemble their neighbours (first order, 0.8): most orders of them are less conspicuous than their own.
+    #[test]
+    fn values_that_resemble_their_neighbours_are_called_sure_no_more_often() {
+        let mut state = 13;
+        for n in [18, 40] {
+            let (trials, mut alarms) = (500, 0);
+            for _ in 0..trials {
+                let mut last = normal(&mut state);
+                let series = (0..n).map(|_| {
+                    last = 0.8 * last + 0.6 * normal(&mut state);
+                    last
+                });
+                let series: Vec<f64> = series.collect();
+                alarms += u32::from(fall_by(&series, 1000).unwrap().chance(0.0) < 0.05);
+            }
+            let share = f64::from(alarms) / f64::from(trials);
+            // three standard deviations of the count above 5 %
+            assert!(share < 0.05 + 0.0292, "{n}: {share}");
         }
     }
 }

@@ -35,11 +35,14 @@ unpacked('data').json().then(function (data) {
   };
   const certainty = function (i) { return known(data.certainty[i]) ? data.certainties[data.certainty[i]] : ''; };
   const countOf = function (n, one) { return n + ' ' + one + (n === 1 ? '' : 's'); };
+  const named = function (names, places) { return function (i) { return known(places[i]) ? names[places[i]] : null; }; };
+  const wheel = named(data.wheels, data.wheel), cause = named(data.causes, data.cause), told = named(data.texts, data.text);
   const columns = [
     // logs of one rank by margin
     {head: 'Rank', key: function (i) { return data.rank[i] + (known(data.margin[i]) ? Math.min(9e4, data.margin[i] + 3e4) : 9e4) / 1e5; },
       text: function (i) { return data.tied[i] ? data.rank[i] + ' to ' + (data.rank[i] + data.tied[i]) : data.rank[i]; }},
     {head: 'Machine', key: machineName, cell: function (i, parent) {
+      if (!known(data.machine[i])) { parent.textContent = machineName(i); return; }
       const button = element('button', machineName(i), parent, {type: 'button'});
       button.addEventListener('click', function () { filters.machine.value = String(data.machine[i]); page = 0; show(); });
     }},
@@ -47,16 +50,16 @@ unpacked('data').json().then(function (data) {
     {head: 'Finding', key: function (i) { return data.group[i]; }, text: function (i) { return data.groups[data.group[i]]; }},
     {head: 'Worst margin', key: function (i) { return data.margin[i]; }, text: margin},
     {head: 'At most by any split', key: function (i) { return data.any[i]; }, text: function (i) { return known(data.any[i]) ? data.any[i] + ' %' : ''; }},
-    {head: 'Wheel or support', key: function (i) { return data.wheel[i]; }, text: function (i) { return known(data.wheel[i]) ? data.wheels[data.wheel[i]] : ''; }},
+    {head: 'Wheel or support', key: wheel, text: wheel},
     {head: 'Lifted', down: true, key: function (i) { return data.lifted[i]; }, text: function (i) { return data.lifted[i] ? seconds(data.lifted[i] / 100) : ''; }},
     {head: 'Certainty of the finding', down: true, key: function (i) { return data.sure[i]; }, text: certainty},
     {head: 'Computable', key: function (i) { return data.valid[i]; }, text: function (i) { return (known(data.valid[i]) ? percent(data.valid[i]) : '') + (data.marks[i] & 1 ? ': not decided' : ''); }},
-    {head: 'Main cause', key: function (i) { return data.cause[i]; }, text: function (i) { return known(data.cause[i]) ? data.causes[data.cause[i]] : ''; }},
+    {head: 'Main cause', key: cause, text: cause},
     {head: 'Speed', down: true, key: function (i) { return data.speed[i]; }, text: function (i) { return known(data.speed[i]) ? (data.speed[i] / 10).toFixed(1) + ' m/s' : ''; }},
     {head: 'Tilt', down: true, key: function (i) { return data.tilt[i]; }, text: function (i) { return known(data.tilt[i]) ? data.tilt[i] + '°' : ''; }},
     {head: 'Posture', key: function (i) { return posture(i) || null; }, text: posture},
     {head: 'Day', key: function (i) { return data.day[i]; }, text: function (i) { return date(data.day[i]); }},
-    {head: 'Doubt or failure', key: function (i) { return data.text[i]; }, text: function (i) { return known(data.text[i]) ? data.texts[data.text[i]] : ''; }}
+    {head: 'Doubt or failure', key: told, text: told}
   ];
   const state = {by: 0, down: false};
   let page = 0, chosen = [];
@@ -180,7 +183,8 @@ unpacked('data').json().then(function (data) {
     const found = groups.map(function (n, g) { return n ? n + ': ' + data.groups[g] : ''; }).filter(Boolean).join('; ');
     element('p', countOf(logs, 'log') + ', ' + seconds(computable) + ' computable, ' + (unknown === logs ? 'unknown time' : (unknown ? 'at least ' : '') + seconds(exposed)) + ' below the notice level, ' + seconds(lifted) + ' with a wheel or support off the ground. ' + found + '.', card);
     if (data.left_out) element('p', 'These are its logs among the first ' + rows + ' of ' + (rows + data.left_out) + ' that the page holds.', card, {'class': 'holes'});
-    machine.outliers.forEach(function (told) { element('p', told, card, {'class': 'holes'}); });
+    // a machine that became better is no warning
+    machine.outliers.forEach(function (told) { element('p', told[0], card, told[1] ? {'class': 'holes'} : {}); });
     history(m);
   };
   const show = function () {

@@ -51,8 +51,8 @@ impl Names {
 struct Machine {
     name: String,
     kind: Option<String>,
-    /// What stands out about it.
-    outliers: Vec<String>,
+    /// What stands out about it, and whether it is worse than usual.
+    outliers: Vec<(String, bool)>,
 }
 
 /// What the script reads: columns of the same length, one value a log, by path. `null` is unknown. Of a large fleet the columns
@@ -354,16 +354,13 @@ fn data<'a>(ranked: &[Ranked<'a>], failed: &[&'a Record], compared: &[Comparison
         data.events.push(0);
         data.text.push(Some(texts.place(&reason)));
     }
-    let outliers = compared
-        .iter()
-        .filter(|comparison| matches!(comparison.verdict, Verdict::Outlier { .. }));
-    let mut of_machine: BTreeMap<&str, Vec<String>> = BTreeMap::new();
-    for comparison in outliers {
-        let told = super::outliers::in_words(comparison);
-        of_machine
-            .entry(&comparison.machine)
-            .or_default()
-            .push(told);
+    let mut of_machine: BTreeMap<&str, Vec<(String, bool)>> = BTreeMap::new();
+    for comparison in compared {
+        if let Verdict::Outlier { is_worse } = comparison.verdict {
+            let told = super::outliers::in_words(comparison);
+            let of_machine = of_machine.entry(&comparison.machine).or_default();
+            of_machine.push((told, is_worse));
+        }
     }
     data.machines = machines
         .names

@@ -32,8 +32,8 @@ pub(super) fn section(comparisons: &[Comparison]) -> Option<Markup> {
             "others; median absolute deviation, and the uncertainty of its own margins). A machine is listed if the difference is at "
             "least 5 % of the static load, 1 % of the time below the notice level or 0.1 % of the time lifted, and sure: of the "
             "machines listed against themselves at most " (percent(MOST_FALSE)) " are expected to be there by chance (Benjamini and "
-            "Hochberg), of the others 0.5 %. That assumes that days are independent of each other and that machines of one type "
-            "scatter about normally. It says that a difference is no chance, not what caused it: other work and other ground do the "
+            "Hochberg), of the others 0.5 %. That takes neighbouring days to resemble each other as they do before and after the "
+            "change, at least as much as in the fleet, and machines of one type to scatter about normally. It says that a difference is no chance, not what caused it: other work and other ground do the "
             "same as a fault."
         }
         @if outliers.is_empty() {
