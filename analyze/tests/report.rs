@@ -204,6 +204,66 @@ fn no_lift_is_excluded_that_the_band_of_a_load_allows() {
     assert!(!answer.contains("Within the bands"), "{answer}");
 }
 
+/// The finding names each wheel whose band allows a lift, and the answer those beside a wheel that lifted.
+#[test]
+fn every_wheel_that_its_band_lets_lift_is_named() {
+    let mut analysis = analysed(&data("coverage_14.mcap"), &data("coverage.toml"));
+    let finding = words(section(&page(&analysis), "Summary"));
+    let finding = finding.split("Did it tip over?").next().unwrap();
+    for wheel in ["wheel FL: ", "wheel RL: "] {
+        assert!(finding.contains(wheel), "{wheel}: {finding}");
+    }
+    let start_ns = analysis.rows.times_ns[100];
+    analysis.events = vec![Event {
+        end_ns: Some(start_ns + 100_000_000),
+        ..Event::blank(EventKind::WheelLift, start_ns, "rl".into())
+    }];
+    let text = words(section(&page(&analysis), "Summary"));
+    let (_, answer) = text.split_once("Which wheels left the ground?").unwrap();
+    let answer = answer.split("When was it?").next().unwrap();
+    assert!(answer.contains("RL (from"), "{answer}");
+    assert!(answer.contains("wheel FL: "), "{answer}");
+    assert!(!answer.contains("wheel RL: "), "{answer}");
+}
+
+/// Without bands, and where the machine tips, nothing says how little a wheel may have carried.
+#[test]
+fn without_a_band_in_every_row_no_lift_is_excluded() {
+    let mut analysis = analysed(&data("coverage_14.mcap"), &data("coverage.toml"));
+    let mut answer = |is_band_known: bool| {
+        for wheel in &mut analysis.digest.wheels {
+            wheel.least_in_band = None;
+            wheel.is_band_known = is_band_known;
+        }
+        words(section(&page(&analysis), "Summary"))
+    };
+    let [known, unknown] = [true, false].map(&mut answer);
+    assert!(known.contains("None in this log."), "{known}");
+    assert!(unknown.contains("None as computed."), "{unknown}");
+    // while it tips no band holds
+    let knows = |name: &str| {
+        let digest = self::analysis(name).digest;
+        digest.wheels.iter().all(|wheel| wheel.is_band_known)
+    };
+    assert!(knows("tiny") && !knows("tip_over"));
+}
+
+/// The first sentences and the answer say with one voice whether it tipped over.
+#[test]
+fn without_gyro_and_attitude_a_tip_over_is_excluded_only_as_computed() {
+    let mut analysis = analysis("tiny_lift");
+    let told = |analysis: &Analysis| {
+        let text = words(section(&page(analysis), "Summary"));
+        let text = text.to_lowercase();
+        let (story, answer) = text.split_once("did it tip over?").unwrap();
+        [story, answer].map(|text| text.contains("as computed, no tip-over"))
+    };
+    assert_eq!(told(&analysis), [false; 2]);
+    analysis.inputs.retain(|input| input.signal != "imu");
+    analysis.digest.has_attitude = false;
+    assert_eq!(told(&analysis), [true; 2]);
+}
+
 #[test]
 fn two_hundred_input_faults_are_one_line_each_kind() {
     let mut analysis = analysis("tiny");
@@ -535,7 +595,8 @@ fn the_first_sentences_are_no_surer_than_the_findings() {
 /// What an axle with a pivot carries, it carries there: the machine tips out of a triangle, and no sentence says otherwise.
 #[test]
 fn a_machine_on_an_axle_with_a_pivot_stands_on_three_points() {
-    let page = page(&analysis("forklift"));
+    let mut analysis = analysis("forklift");
+    let page = page(&analysis);
     let drawing = section(&page, "Summary")
         .split("<svg class=\"top-view\"")
         .nth(1)
@@ -567,7 +628,18 @@ fn a_machine_on_an_axle_with_a_pivot_stands_on_three_points() {
     let (_, answer) = text.split_once("Which wheels left the ground?").unwrap();
     let answer = answer.split("When was it?").next().unwrap();
     assert!(answer.contains("FL (from"), "{answer}");
-    assert!(answer.contains("wheel RL"), "{answer}");
+    assert!(answer.contains("wheel RL left the ground, too"), "{answer}");
+    analysis
+        .events
+        .retain(|event| event.kind != EventKind::WheelLift);
+    let alone = words(&self::page(&analysis));
+    assert!(
+        alone.contains("Beyond the stop of its axle wheel"),
+        "{alone}"
+    );
+    let answer = alone.split_once("Which wheels left the ground?").unwrap().1;
+    let answer = answer.split("When was it?").next().unwrap();
+    assert!(!answer.contains(", too"), "{answer}");
     assert!(!text.contains("no wheel was below its limit"));
     assert!(text.contains("each row with a wheel below its limit is not (tipping)"));
     assert!(text.contains("load split: by equilibrium alone;"));
@@ -753,6 +825,35 @@ fn what_would_have_prevented_an_event_is_as_sure_as_its_chance() {
     assert_eq!(with(0.99, 2), [true, true]);
     assert_eq!(with(0.5, 2), [false, true]);
     assert_eq!(with(0.5, 1), [false, false]);
+}
+
+/// A title is that of the changes below it: of four the first page shows three.
+#[test]
+fn the_title_of_what_would_have_prevented_it_is_that_of_the_changes_shown() {
+    let mut analysis = analysis("tiny_lift");
+    let changes = &mut analysis.advice.as_mut().unwrap().changes;
+    let mut change = changes[0].clone();
+    change.chance = Some(0.99);
+    *changes = vec![change; 4];
+    changes[3].chance = Some(0.5);
+    let is_sure = |analysis: &Analysis| {
+        let text = words(section(&page(analysis), "Summary"));
+        text.contains("Simulated: what would have kept every wheel at its limit")
+    };
+    assert!(is_sure(&analysis));
+    analysis.advice.as_mut().unwrap().changes[2].chance = Some(0.5);
+    assert!(!is_sure(&analysis));
+}
+
+/// The first page tells one incident; what would have prevented another one stands in its own section.
+#[test]
+fn advice_about_another_incident_is_not_on_the_first_page() {
+    let mut analysis = analysis("tiny_lift");
+    let is_told = |analysis: &Analysis| section(&page(analysis), "Summary").contains("Simulated: ");
+    assert!(is_told(&analysis));
+    let advice = analysis.advice.as_mut().unwrap();
+    (advice.event_start_ns, advice.event_end_ns) = (0, 1);
+    assert!(!is_told(&analysis));
 }
 
 /// What is said of a log with rows that are not valid names the valid ones.

@@ -27,7 +27,7 @@ use crate::call::pickle::{Reduced, reduced};
 use crate::call::place::{Place, paths};
 use crate::call::progress::Progress;
 use crate::machine::machine_file;
-use crate::table::{Chunks, Table, escaped, no_column};
+use crate::table::{Chunks, Table, escaped, no_column, once};
 
 /// The analysis of one log: tables, findings, summary.
 #[pyclass(frozen, module = "tipwatch")]
@@ -252,7 +252,11 @@ const MEASURED: [&str; 2] = ["load_measured_", "load_residual_"];
 /// Refuses names of columns that no log of the machine has, before one is read. Of a machine whose URDF is in the log nothing is
 /// known before.
 fn check_columns(file: &MachineFile, request: &Request) -> Result<()> {
-    let (Some(columns), Ok(machine)) = (&request.columns, file.check_alone()) else {
+    let Some(columns) = &request.columns else {
+        return Ok(());
+    };
+    once(columns).map_err(Mistake)?;
+    let Ok(machine) = file.check_alone() else {
         return Ok(());
     };
     // of supports that come and go the log tells which there are

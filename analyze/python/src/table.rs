@@ -9,6 +9,7 @@ use std::sync::Arc;
 use anyhow::anyhow;
 use polars::prelude::{
     ArrayRef, ArrowDataType, ArrowField, ArrowSchema, CompatLevel, IdxSize, PolarsResult, Series,
+    polars_bail,
 };
 use polars_arrow::array::StructArray;
 use polars_arrow::datatypes::Metadata;
@@ -39,8 +40,8 @@ const TYPES: CompatLevel = CompatLevel::oldest();
 /// A table: columns of equal length with names and units.
 ///
 /// ``table["load_fl"]`` is one column, ``table[["time_ns", "load_fl"]]`` a table of two, ``table[:100]`` one of its first
-/// rows; ``to_polars()``, ``to_arrow()`` and ``to_pandas()`` make the table of a library. polars, pyarrow and DuckDB take it
-/// without copying, by the Arrow PyCapsule interface (``polars.DataFrame(table)``); pandas copies.
+/// rows; ``to_polars()``, ``to_arrow()`` and ``to_pandas()`` make the table of a library. polars, pyarrow and DuckDB take its
+/// numbers without copying, by the Arrow PyCapsule interface (``polars.DataFrame(table)``); pandas copies.
 #[pyclass(frozen, module = "tipwatch")]
 pub(crate) struct Table(table::Table);
 
@@ -252,7 +253,7 @@ fn read(bytes: &[u8]) -> PolarsResult<table::Table> {
     let mut columns = vec![Vec::new(); fields.len()];
     for batch in StreamReader::new(bytes, metadata, None) {
         let StreamState::Some(batch) = batch? else {
-            break;
+            polars_bail!(ComputeError: "expected a whole stream of Arrow, found one that is cut off");
         };
         for (chunks, values) in columns.iter_mut().zip(batch.into_arrays()) {
             chunks.push(values);
@@ -278,6 +279,17 @@ fn place(table: &table::Table, name: &str) -> Result<usize, String> {
     let all = table.columns().iter().map(table::Column::name);
     let place = all.clone().position(|other| other == name);
     place.ok_or_else(|| no_column(all, name))
+}
+
+/// Refuses names of which one stands twice.
+pub(crate) fn once(names: &[String]) -> Result<(), String> {
+    match (1..names.len()).find(|&at| names[..at].contains(&names[at])) {
+        Some(twice) => Err(format!(
+            "expected each column once (columns), found \"{}\" twice",
+            names[twice]
+        )),
+        None => Ok(()),
+    }
 }
 
 /// Says that there is no such column, and which are called almost so.
@@ -390,6 +402,7 @@ impl Table {
                 key.get_type().name()?
             )));
         };
+        once(&names).map_err(PyValueError::new_err)?;
         let places = names.iter().map(|name| self.place(name));
         let table = self.project(&places.collect::<PyResult<Vec<_>>>()?);
         Ok(Bound::new(py, table)?.into_any())
@@ -415,12 +428,12 @@ impl Table {
         Ok(self.part(0, rows?))
     }
 
-    /// As ``polars.DataFrame``, without a copy.
+    /// As ``polars.DataFrame``: numbers without a copy.
     fn to_polars<'py>(slf: Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         library(slf.py(), "polars", "Table.to_polars")?.call_method1("DataFrame", (slf,))
     }
 
-    /// As ``pyarrow.Table``, without a copy.
+    /// As ``pyarrow.Table``: numbers without a copy.
     fn to_arrow<'py>(slf: Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         library(slf.py(), "pyarrow", "Table.to_arrow")?.call_method1("table", (slf,))
     }

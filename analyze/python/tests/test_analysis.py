@@ -50,6 +50,9 @@ def test_samples_keep_the_columns_that_are_asked_for(analysis, machine):
     with pytest.raises(tw.TipwatchError, match='found "load_xx"') as error:
         tw.analyze(DEMO / "demo.mcap", machine, columns=["load_xx"])
     assert error.value.kind == "value"
+    for twice in (lambda: tw.analyze(DEMO / "demo.mcap", machine, columns=kept[:1] * 2), lambda: analysis.samples[kept[:1] * 2]):
+        with pytest.raises(ValueError, match="once"):
+            twice()
 
 
 def test_events_and_summary_are_those_of_the_program(analysis):

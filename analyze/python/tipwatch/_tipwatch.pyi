@@ -51,8 +51,8 @@ class Table:
     """A table: columns of equal length with names and units.
 
     ``table["load_fl"]`` is one column, ``table[["time_ns", "load_fl"]]`` a table of two, ``table[:100]`` one of its first
-    rows; ``to_polars()``, ``to_arrow()`` and ``to_pandas()`` make the table of a library. polars, pyarrow and DuckDB take it
-    without copying, by the Arrow PyCapsule interface (``polars.DataFrame(table)``); pandas copies."""
+    rows; ``to_polars()``, ``to_arrow()`` and ``to_pandas()`` make the table of a library. polars, pyarrow and DuckDB take its
+    numbers without copying, by the Arrow PyCapsule interface (``polars.DataFrame(table)``); pandas copies."""
     @property
     def columns(self) -> list[str]:
         """Names of the columns."""
@@ -73,9 +73,9 @@ class Table:
         TipwatchError
             ``n`` is negative."""
     def to_polars(self) -> Any:
-        """As ``polars.DataFrame``, without a copy."""
+        """As ``polars.DataFrame``: numbers without a copy."""
     def to_arrow(self) -> Any:
-        """As ``pyarrow.Table``, without a copy."""
+        """As ``pyarrow.Table``: numbers without a copy."""
     def to_pandas(self) -> Any:
         """As ``pandas.DataFrame``, by pyarrow; pandas copies the values."""
     def _repr_html_(self) -> str: ...

@@ -43,6 +43,8 @@ pub struct WheelDigest {
     pub least_otf: Option<(usize, f64)>,
     /// The OTF whose band reaches lowest, the first of equal ones; `None` for models without bands.
     pub least_in_band: Option<OtfBand>,
+    /// Whether each row with its load has a band: none has one while the machine tips, nor under a model without bands.
+    pub is_band_known: bool,
     /// Median of the standard deviation of the load (N); `None` for models without it.
     pub median_load_sigma_n: Option<f64>,
     /// The smallest finite load, the first of equal ones.
@@ -126,6 +128,7 @@ impl<'a> DigestPass<'a> {
             largest_load_n: None,
             least_otf: None,
             least_in_band: None,
+            is_band_known: true,
             median_load_sigma_n: None,
             lowest: None,
             could_unload: false,
@@ -177,6 +180,11 @@ impl<'a> DigestPass<'a> {
         let at_rest_n = self.machine.reference().static_load[wheel];
         let limit_n = self.min_loads_n.map_or(0.0, |limits| limits[wheel]);
         let found = &mut self.digest.wheels[wheel];
+        let has_load = |row: &usize| rows.reasons[*row].leave_loads() && !load[*row].is_nan();
+        let has_band = |row: usize| {
+            rows.is_valid(row) && otf_sigma.is_some_and(|sigma| sigma[row].is_finite())
+        };
+        found.is_band_known &= (0..rows.len()).filter(has_load).all(has_band);
         for &row in valid {
             let load_n = load[row];
             if load_n.is_nan() {

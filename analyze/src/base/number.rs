@@ -79,7 +79,12 @@ pub(crate) fn band(half_width: f64) -> String {
 /// The decimal place of the second digit, after the point where positive; `None` where no plain number shows it.
 fn last_place(size: f64) -> Option<i32> {
     let is_plain = (1e-6..1e12).contains(&size);
-    is_plain.then(|| 1 - size.log10().floor() as i32)
+    is_plain.then(|| {
+        let place = 1 - size.log10().floor() as i32;
+        // rounding may carry: of 9.96 the second digit is that of 10
+        let rounded = (size * 10f64.powi(place)).round();
+        if rounded >= 100.0 { place - 1 } else { place }
+    })
 }
 
 fn to_place(value: f64, place: i32) -> String {
@@ -156,6 +161,9 @@ mod tests {
         assert_eq!(with_band(-0.0712, 0.012), "-0.071 ± 0.012");
         assert_eq!(with_band(5.0, 1.0), "5.0 ± 1.0");
         assert_eq!(band(0.01), "0.010");
+        assert_eq!(with_band(123.4, 9.96), "123 ± 10");
+        assert_eq!(with_band(1234.0, 99.7), "1230 ± 100");
+        assert_eq!(band(0.0998), "0.10");
         assert_eq!(band(0.0), "0");
     }
 

@@ -135,6 +135,7 @@ fn supposed(
             key: "supposed".into(),
             a: None,
             b: Some(what),
+            is_number: false,
         },
     );
     comparison.caveats = caveats(&recorded, &supposed, suppositions);

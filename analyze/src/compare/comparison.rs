@@ -26,11 +26,11 @@ pub struct Comparison {
     pub same_log: bool,
     /// The inputs that differ, by key.
     pub inputs: Vec<InputDifference>,
-    /// Events; those on one side only come first. Those of different logs are on one side each.
+    /// Events; those on one side only come first. Those of different logs without rows at the same times are on one side each.
     pub events: Vec<EventPair>,
     /// Figures of the whole log, largest difference first within each unit.
     pub facts: Vec<FactDifference>,
-    /// Differences row by row; null if the logs differ, or the rows have different times.
+    /// Differences row by row; null if the rows have different times.
     pub series: Option<SeriesComparison>,
     /// Why there is no comparison row by row.
     pub series_note: Option<String>,
@@ -61,17 +61,16 @@ impl Comparison {
 #[must_use]
 pub fn compare(a: &Side, b: &Side) -> Comparison {
     let (about_a, about_b) = (a.about(), b.about());
-    let same_log = about_a.log_sha256 == about_b.log_sha256;
-    // what two logs have at the same time is not of one motion
-    let series = match same_log {
-        true => series::compare(a, b),
-        false => Err(word!("the results are of different logs").into()),
-    };
-    let (series, series_note) = match series {
+    let same_log = about_a.is_of_same_log(&about_b);
+    let (series, series_note) = match series::compare(a, b) {
         Ok(series) => (Some(series), None),
         Err(note) => (None, Some(note)),
     };
-    let events = facts::events(a, b, same_log);
+    // copies, clips and recovered logs have other bytes and the same times
+    let has_same_times = series.is_some();
+    let caveat = word!("The logs differ; rows are compared as they have the same times.");
+    let caveats = (!same_log && has_same_times).then(|| caveat.to_owned());
+    let events = facts::events(a, b, same_log, has_same_times);
     Comparison {
         schema: SCHEMA,
         same_log,
@@ -80,7 +79,7 @@ pub fn compare(a: &Side, b: &Side) -> Comparison {
         events,
         series,
         series_note,
-        caveats: Vec::new(),
+        caveats: caveats.into_iter().collect(),
         a: about_a,
         b: about_b,
     }

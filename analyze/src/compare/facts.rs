@@ -62,6 +62,12 @@ pub struct EventPair {
     pub b: Option<EventSide>,
     /// The side without the event has rows in its time, of which fewer than one in ten is valid: it may or may not be there, too.
     pub is_open_elsewhere: bool,
+    /// The side without the event shows that it is not there.
+    #[serde(skip)]
+    pub(super) is_only: bool,
+    /// Whether a reader is told of it: not of what B has, too, besides its first event in the time of one that is answered.
+    #[serde(skip)]
+    pub(super) is_told: bool,
     /// Whether the event of A would have happened as supposed in B; null where nothing is supposed.
     pub supposed: Option<Reply>,
 }
@@ -309,13 +315,20 @@ fn numbers(side: &Side) -> Numbers {
 }
 
 /// Pairs of events with the same kind and subject that overlap: a long event has one with each of several short ones. Events on
-/// one side only come first. At the same time two logs tell nothing of each other.
-pub(super) fn events(a: &Side, b: &Side, same_log: bool) -> Vec<EventPair> {
-    let is_same = |event: &SideEvent, other: &SideEvent| same_log && is_same(event, other);
+/// one side only come first. Logs that differ tell of each other only where they have rows at the same times.
+pub(super) fn events(a: &Side, b: &Side, same_log: bool, has_same_times: bool) -> Vec<EventPair> {
+    let is_one_time = same_log || has_same_times;
+    let is_same = |event: &SideEvent, other: &SideEvent| is_one_time && is_same(event, other);
     let is_open = |side: &Side, event: &SideEvent| same_log && is_open(side, event);
+    let is_only = |side: &Side, event: &SideEvent| match same_log {
+        true => !is_open(side, event),
+        false => has_same_times && has_rows(side, event),
+    };
     let pair = |on_a: Option<&SideEvent>, on_b: Option<&SideEvent>| {
         let event = on_a.or(on_b)?;
         Some(EventPair {
+            is_only: (on_b.is_none() && is_only(b, event)) || (on_a.is_none() && is_only(a, event)),
+            is_told: true,
             kind: event.kind.clone(),
             subject: event.subject.clone(),
             a: on_a.map(|event| event_side(a, event)),
@@ -330,12 +343,18 @@ pub(super) fn events(a: &Side, b: &Side, same_log: bool) -> Vec<EventPair> {
         let of_b = b.events.iter().filter(|other| is_same(event, other));
         pairs.extend(of_b.filter_map(|other| pair(Some(event), Some(other))));
     }
-    let is_only =
+    let is_alone =
         |event: &&SideEvent, other: &Side| !other.events.iter().any(|of| is_same(event, of));
-    let only_a = a.events.iter().filter(|event| is_only(event, b));
+    let only_a = a.events.iter().filter(|event| is_alone(event, b));
     pairs.extend(only_a.filter_map(|event| pair(Some(event), None)));
-    let only_b = b.events.iter().filter(|event| is_only(event, a));
+    let only_b = b.events.iter().filter(|event| is_alone(event, a));
     pairs.extend(only_b.filter_map(|event| pair(None, Some(event))));
+    sort(&mut pairs);
+    pairs
+}
+
+/// Events on one side only come first.
+fn sort(pairs: &mut [EventPair]) {
     let start = |pair: &EventPair| {
         pair.a
             .as_ref()
@@ -348,11 +367,10 @@ pub(super) fn events(a: &Side, b: &Side, same_log: bool) -> Vec<EventPair> {
             .cmp(&in_both(y))
             .then_with(|| start(x).total_cmp(&start(y)))
     });
-    pairs
 }
 
 /// States of an event of A, by kind, subject and start (s after the first row), whether it would have happened as supposed in B.
-/// It has one answer, with however many events of B it overlaps: its first pair stays.
+/// It has one answer, with however many events of B it overlaps: its first pair has it, and the others of B are B's own.
 pub(super) fn answer(
     pairs: &mut Vec<EventPair>,
     (kind, subject): (EventKind, &str),
@@ -364,13 +382,24 @@ pub(super) fn answer(
         pair.kind == kind.name() && pair.subject == subject && starts_s == Some(start_s)
     };
     let mut is_answered = false;
-    pairs.retain_mut(|pair| {
-        if !is_it(pair) {
-            return true;
+    for pair in pairs.iter_mut().filter(|pair| is_it(pair)) {
+        if std::mem::replace(&mut is_answered, true) {
+            pair.a = None;
+            pair.is_told = false;
+        } else {
+            pair.supposed = Some(reply.clone());
         }
-        pair.supposed = Some(reply.clone());
-        !std::mem::replace(&mut is_answered, true)
+    }
+    // what B has of it beside another event of A, too, is no event of its own
+    let with_a: Vec<EventPair> = (pairs.iter().filter(|pair| pair.a.is_some()))
+        .cloned()
+        .collect();
+    pairs.retain(|pair| {
+        let is_same =
+            |of: &EventPair| (&of.kind, &of.subject, &of.b) == (&pair.kind, &pair.subject, &pair.b);
+        pair.is_told || !with_a.iter().any(is_same)
     });
+    sort(pairs);
 }
 
 fn is_same(a: &SideEvent, b: &SideEvent) -> bool {
@@ -384,14 +413,25 @@ fn overlap(a: &SideEvent, b: &SideEvent) -> bool {
 
 /// Whether a side has rows in the time of an event, and fewer than one in ten is valid.
 fn is_open(side: &Side, event: &SideEvent) -> bool {
+    let [rows, valid] = rows_during(side, event);
+    10 * valid < rows
+}
+
+/// Whether a side has rows in the time of an event, and one in ten is valid or more.
+fn has_rows(side: &Side, event: &SideEvent) -> bool {
+    let [rows, valid] = rows_during(side, event);
+    rows > 0 && 10 * valid >= rows
+}
+
+/// The rows of a side in the time of an event, and how many of them are valid.
+fn rows_during(side: &Side, event: &SideEvent) -> [usize; 2] {
     let before = |time_ns: i64| side.times_ns.partition_point(|&of_row| of_row < time_ns);
     let first = before(event.start_ns);
     let after = event.end_ns.map_or(side.times_ns.len(), |end_ns| {
         before(end_ns.saturating_add(1))
     });
     let rows = &side.valid[first..after.max(first)];
-    let valid = rows.iter().filter(|valid| **valid).count();
-    10 * valid < rows.len()
+    [rows.len(), rows.iter().filter(|valid| **valid).count()]
 }
 
 fn event_side(side: &Side, event: &SideEvent) -> EventSide {
@@ -461,6 +501,7 @@ mod tests {
             &side(&[[2, 14], [16, 18]]),
             &side(&[[1, 3], [5, 6], [8, 9], [16, 17]]),
             true,
+            true,
         );
         assert_eq!(pairs.len(), 4);
         let reply = Reply::default();
@@ -471,21 +512,74 @@ mod tests {
             .map(|pair| pair.a.as_ref().unwrap().start_s)
             .collect();
         assert_eq!(starts_s, [2.0, 16.0]);
-        assert_eq!(pairs.len(), 2);
+        // the others of B are in the document, as its own
+        let others = pairs.iter().filter(|pair| !pair.is_told);
+        let starts_s: Vec<f64> = others
+            .map(|pair| {
+                assert!(pair.a.is_none());
+                pair.b.as_ref().unwrap().start_s
+            })
+            .collect();
+        assert_eq!(starts_s, [5.0, 8.0]);
+        assert_eq!(pairs.len(), 4);
     }
 
-    /// Stamps of two logs may be the same: what is at one time in both is not one event, and neither is open in the other.
     #[test]
-    fn events_of_different_logs_are_no_pairs() {
-        let (a, mut b) = (side(&[[2, 4]]), side(&[[3, 5], [8, 9]]));
-        b.valid.fill(false);
-        let pairs = events(&a, &b, false);
+    fn an_event_of_b_beside_two_that_are_answered_is_not_its_own() {
+        let mut pairs = events(
+            &side(&[[2, 6], [8, 12]]),
+            &side(&[[1, 3], [5, 9]]),
+            true,
+            true,
+        );
         assert_eq!(pairs.len(), 3);
-        let alone = |pair: &EventPair| pair.a.is_some() != pair.b.is_some();
+        for start_s in [2.0, 8.0] {
+            answer(
+                &mut pairs,
+                (EventKind::WheelLight, "rl"),
+                start_s,
+                &Reply::default(),
+            );
+        }
+        assert_eq!(pairs.len(), 2);
         assert!(
             pairs
                 .iter()
-                .all(|pair| alone(pair) && !pair.is_open_elsewhere)
+                .all(|pair| pair.is_told && pair.supposed.is_some())
+        );
+    }
+
+    /// A copy with other bytes has the same times; of two motions nothing is one event, and neither is open in the other.
+    #[test]
+    fn events_of_different_logs_are_pairs_only_at_the_same_times() {
+        let (a, mut b) = (side(&[[2, 4], [12, 13]]), side(&[[3, 5], [8, 9]]));
+        b.valid[10..].fill(false);
+        let told = |has_same_times: bool| -> Vec<[bool; 4]> {
+            let pairs = events(&a, &b, false, has_same_times);
+            let told = |pair: &EventPair| {
+                let EventPair {
+                    is_only,
+                    is_open_elsewhere,
+                    ..
+                } = *pair;
+                [
+                    pair.a.is_some(),
+                    pair.b.is_some(),
+                    is_only,
+                    is_open_elsewhere,
+                ]
+            };
+            pairs.iter().map(told).collect()
+        };
+        let in_b = [false, true, true, false];
+        let in_a = [true, false, false, false];
+        let in_both = [true, true, false, false];
+        assert_eq!(told(true), [in_b, in_a, in_both]);
+        let none = told(false);
+        assert_eq!(none.len(), 4);
+        assert!(
+            none.iter()
+                .all(|[a, b, is_only, is_open]| a != b && !is_only && !is_open)
         );
     }
 
@@ -495,6 +589,7 @@ mod tests {
         let pairs = events(
             &side(&[[2, 4], [6, 8], [12, 14]]),
             &side(&[[1, 9], [16, 17]]),
+            true,
             true,
         );
         let start_s = |side: &Option<EventSide>| side.as_ref().map(|event| event.start_s);

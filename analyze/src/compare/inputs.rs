@@ -7,7 +7,7 @@ use serde_json::Value;
 use tipwatch_language::{message, say, word};
 
 use super::side::Side;
-use crate::base::number::{four_digits, readable};
+use crate::base::number::readable;
 use crate::report::uncertainty_in_words;
 
 /// An input that differs.
@@ -19,6 +19,9 @@ pub struct InputDifference {
     pub a: Option<String>,
     /// Its value on side B.
     pub b: Option<String>,
+    /// Whether it is a number wherever it is stated.
+    #[serde(skip)]
+    pub(crate) is_number: bool,
 }
 
 /// Key of the machine file's hash: an output folder holds no machine file, so that not all of its keys can be compared.
@@ -31,6 +34,9 @@ const URDF_TEXT: &str = "URDF SHA-256";
 /// Keys of the machine's mass, and of the largest one, which is the same unless payloads change it.
 const MASS: &str = "machine.mass_kg";
 const LARGEST_MASS: &str = "machine.largest_mass_kg";
+/// Digits of a number that is told: these, and more only where the difference is in them.
+const FEWEST_DIGITS: usize = 4;
+const MOST_DIGITS: usize = 17;
 /// Key of the rule by which the load is split, a sentence.
 const SPLIT_RULE: &str = "split_rule";
 
@@ -40,23 +46,41 @@ impl InputDifference {
         [MACHINE_FILE, URDF].contains(&self.key.as_str())
     }
 
-    /// Its key and its values as a reader reads them: numbers with four digits, hashes with eight, unless that hides the difference.
+    /// Its key and its values as a reader reads them: numbers with four digits, or as many as show the difference, and hashes with
+    /// eight, unless that hides it.
     pub(super) fn cells(&self) -> [String; 3] {
-        let value = |value: &Option<String>, shown: fn(&str) -> String| match value {
+        let is_hash = self.key.ends_with("sha256") || self.key == URDF_TEXT;
+        let digits = self.digits();
+        let shown = |text: &str| match digits {
+            Some(digits) => with_digits(text, digits),
+            None if is_hash => hash_digits(text),
+            None => text.into(),
+        };
+        let value = |value: &Option<String>, shown: &dyn Fn(&str) -> String| match value {
             Some(value) => shown(value),
             None => word!("not stated").into(),
         };
-        let is_hash = self.key.ends_with("sha256") || self.key == URDF_TEXT;
-        let shown = if is_hash { hash_digits } else { four_digits_of };
-        let [a, b] = [&self.a, &self.b].map(|of| value(of, shown));
+        let [a, b] = [&self.a, &self.b].map(|of| value(of, &shown));
         match a == b {
             true => [
                 self.words(),
-                value(&self.a, str::to_owned),
-                value(&self.b, str::to_owned),
+                value(&self.a, &str::to_owned),
+                value(&self.b, &str::to_owned),
             ],
             false => [self.words(), a, b],
         }
+    }
+
+    /// How many digits of its numbers a reader needs; `None` for what is no number, and where no digit differs.
+    fn digits(&self) -> Option<usize> {
+        let numbers = [&self.a, &self.b].map(|of| of.as_ref()?.parse::<f64>().ok());
+        let rounded = |value: f64, digits: usize| format!("{value:.*e}", digits - 1);
+        let differ = |&digits: &usize| match numbers {
+            [Some(a), Some(b)] => rounded(a, digits) != rounded(b, digits),
+            _ => true,
+        };
+        let mut digits = (FEWEST_DIGITS..=MOST_DIGITS).filter(|_| self.is_number);
+        digits.find(differ)
     }
 
     /// What it is. A key of the machine file is told as it stands there.
@@ -78,6 +102,13 @@ impl InputDifference {
                     (words, unit) => say!("uncertainty of {words} [{unit}]"),
                 },
                 Some(("options", of)) => say!("option {}", readable(&of.replace('.', " "))),
+                Some(("dbc_files", of)) => {
+                    let place = of
+                        .split('.')
+                        .next()
+                        .and_then(|place| place.parse::<usize>().ok());
+                    say!("SHA-256 of DBC file {}", place.map_or(1, |place| place + 1))
+                }
                 _ => key.into(),
             },
         }
@@ -88,14 +119,18 @@ fn hash_digits(sha256: &str) -> String {
     sha256.get(..8).unwrap_or(sha256).into()
 }
 
-/// Four digits of a number, or all where that is shorter; what is no number stays.
-fn four_digits_of(text: &str) -> String {
+/// So many digits of a number, or all where that is shorter, and of a whole one.
+fn with_digits(text: &str, digits: usize) -> String {
     let Some(number) = text.parse::<f64>().ok().filter(|number| number.is_finite()) else {
         return text.into();
     };
-    let digits = match number.fract() == 0.0 && number.abs() < 1e15 {
-        true => format!("{number:.0}"),
-        false => four_digits(number),
+    let digits = match number.abs() {
+        size if size.fract() == 0.0 && size < 1e15 => format!("{number:.0}"),
+        size if (1e-3..1e9).contains(&size) => {
+            let after_point = digits as i32 - 1 - size.log10().floor() as i32;
+            format!("{number:.*}", usize::try_from(after_point).unwrap_or(0))
+        }
+        _ => format!("{number:.*e}", digits - 1),
     };
     match digits.len() < text.len() {
         true => digits,
@@ -114,10 +149,16 @@ pub(super) fn inputs(a: &Side, b: &Side) -> Vec<InputDifference> {
     let has_files = a.sources.is_some() && b.sources.is_some();
     let [on_a, on_b] = [a, b].map(|side| stated(side, has_files));
     let keys: std::collections::BTreeSet<_> = on_a.keys().chain(on_b.keys()).collect();
-    let differences = keys.into_iter().map(|key| InputDifference {
-        key: key.clone(),
-        a: on_a.get(key).cloned(),
-        b: on_b.get(key).cloned(),
+    let differences = keys.into_iter().map(|key| {
+        let values = [&on_a, &on_b].map(|side| side.get(key));
+        let [a, b] = values.map(|value| value.map(text_of));
+        let is_number = values.into_iter().flatten().all(Value::is_number);
+        InputDifference {
+            key: key.clone(),
+            a,
+            b,
+            is_number,
+        }
     });
     // one machine file has one rule, which two results may tell in two languages
     let is_one_file = on_a.get(MACHINE_FILE) == on_b.get(MACHINE_FILE);
@@ -142,7 +183,7 @@ pub(super) fn inputs(a: &Side, b: &Side) -> Vec<InputDifference> {
 }
 
 /// What a side was computed from. Without the machine files, what the summary has of them.
-fn stated(side: &Side, has_files: bool) -> BTreeMap<String, String> {
+fn stated(side: &Side, has_files: bool) -> BTreeMap<String, Value> {
     let summary = &side.summary;
     let mut found = BTreeMap::new();
     flatten("options", &summary["options"], &mut found);
@@ -185,7 +226,7 @@ fn stated(side: &Side, has_files: bool) -> BTreeMap<String, String> {
 }
 
 /// Adds the values of a document under their paths; an absent one is not added.
-fn flatten(path: &str, value: &Value, found: &mut BTreeMap<String, String>) {
+fn flatten(path: &str, value: &Value, found: &mut BTreeMap<String, Value>) {
     let below = |key: &str| match path {
         "" => key.to_string(),
         _ => format!("{path}.{key}"),
@@ -202,18 +243,23 @@ fn flatten(path: &str, value: &Value, found: &mut BTreeMap<String, String>) {
                 flatten(&below(&place.to_string()), value, found);
             }
         }
-        Value::String(text) => {
-            found.insert(path.into(), text.clone());
-        }
         other => {
-            found.insert(path.into(), other.to_string());
+            found.insert(path.into(), other.clone());
         }
+    }
+}
+
+/// A value as it is stated.
+fn text_of(value: &Value) -> String {
+    match value {
+        Value::String(text) => text.clone(),
+        other => other.to_string(),
     }
 }
 
 /// Adds the attributes of a URDF under the elements that they are in: "URDF link boom inertial mass value". Elements without a name
 /// are numbered where there are several alike: "URDF link boom collision 2 origin xyz".
-fn flatten_urdf(text: &str, found: &mut BTreeMap<String, String>) {
+fn flatten_urdf(text: &str, found: &mut BTreeMap<String, Value>) {
     let Ok(document) = roxmltree::Document::parse(text) else {
         return;
     };
@@ -259,6 +305,7 @@ mod tests {
                 key: key.into(),
                 a: Some(a.into()),
                 b: Some(b.into()),
+                is_number: true,
             };
             of.cells()
         };
@@ -272,11 +319,35 @@ mod tests {
         let [key, ..] = told("uncertainty.tyre_stiffness_share", "0.2", "0.3");
         assert!(!key.contains('_') && !key.contains('.'), "{key}");
         let [_, a, b] = told("contact.tyre_stiffness", "800000.0", "800000.25");
-        assert_eq!([a, b], ["800000", "8.000e5"]);
+        assert_eq!([a, b], ["800000", "800000.2"]);
+        let [_, a, b] = told("x", "0.5", "0.50001");
+        assert_eq!([a, b], ["0.5", "0.50001"]);
+        let [_, a, b] = told("x", "3", "3.0001234");
+        assert_eq!([a, b], ["3", "3.0001"]);
+        let [_, a, b] = told("x", "1.5", "1.50");
+        assert_eq!([a, b], ["1.5", "1.50"]);
         let [_, a, b] = told("x", "1.00001", "1.00002");
         assert_eq!([a, b], ["1.00001", "1.00002"]);
+    }
+
+    /// A name of digits keeps them all.
+    #[test]
+    fn what_is_no_number_is_told_as_it_is_stated() {
+        let told = |key: &str, a: &str, b: &str| {
+            let of = InputDifference {
+                key: key.into(),
+                a: Some(a.into()),
+                b: Some(b.into()),
+                is_number: false,
+            };
+            of.cells()
+        };
+        let [_, a, b] = told("machine.name", "007", "123456.75");
+        assert_eq!([a, b], ["007", "123456.75"]);
         let [_, a, b] = told(URDF_TEXT, "0123456789abcdef", "fedcba9876543210");
         assert_eq!([a, b], ["01234567", "fedcba98"]);
+        let [key, ..] = told("dbc_files.0.sha256", "0123456789abcdef", "fedcba9876543210");
+        assert!(!key.contains('_') && key.contains('1'), "{key}");
     }
 
     #[test]
@@ -287,9 +358,9 @@ mod tests {
         });
         let mut found = BTreeMap::new();
         flatten("", &document, &mut found);
-        let found: Vec<(&str, &str)> = found
+        let found: Vec<(&str, String)> = found
             .iter()
-            .map(|(k, v)| (k.as_str(), v.as_str()))
+            .map(|(k, v)| (k.as_str(), text_of(v)))
             .collect();
         assert_eq!(
             found,
@@ -299,6 +370,7 @@ mod tests {
                 ("payload.0.link", "tool"),
                 ("payload.0.mass", "300.0"),
             ]
+            .map(|(key, text)| (key, text.to_owned()))
         );
     }
 }

@@ -4,7 +4,7 @@ use maud::{Markup, html};
 use tipwatch_language::{decimals, say, told, word};
 
 use super::comparison::Comparison;
-use super::facts::{FactDifference, formatted};
+use super::facts::{EventPair, FactDifference, formatted};
 use super::inputs::{InputDifference, NOT_HELD};
 use super::series::{in_words, printed_unit, shared_rows};
 use super::side::Side;
@@ -86,11 +86,14 @@ fn folded<T>(all: &[T], shown: impl Fn(&[T]) -> Markup) -> Markup {
 }
 
 fn events(comparison: &Comparison) -> Markup {
+    let told: Vec<&EventPair> = (comparison.events.iter())
+        .filter(|pair| pair.is_told)
+        .collect();
     html! {
-        @if comparison.events.is_empty() {
+        @if told.is_empty() {
             p { (word!("Neither result has an event.")) }
         } @else {
-            (folded(&comparison.events, |events| list(events.iter().map(event))))
+            (folded(&told, |events| list(events.iter().map(|pair| event(pair)))))
         }
     }
 }

@@ -92,6 +92,17 @@ pub struct SideSummary {
     pub valid_rows: String,
 }
 
+/// What stands for a text that is not known.
+const UNKNOWN: &str = "unknown";
+
+impl SideSummary {
+    /// Whether both are of the same log, by content: of what is not known nothing is the same.
+    pub(super) fn is_of_same_log(&self, other: &Self) -> bool {
+        let of = &self.log_sha256;
+        of == &other.log_sha256 && !of.is_empty() && !of.iter().any(|hash| hash == UNKNOWN)
+    }
+}
+
 impl Side {
     /// Converts an analysis to its documents.
     ///
@@ -223,7 +234,7 @@ impl Side {
     }
 
     pub(super) fn about(&self) -> SideSummary {
-        let text = |value: &Value| value.as_str().unwrap_or("unknown").to_string();
+        let text = |value: &Value| value.as_str().unwrap_or(UNKNOWN).to_string();
         let (provenance, options) = (&self.summary["provenance"], &self.summary["options"]);
         let files = provenance["log"].as_array();
         let of_files = |key: &str| -> Vec<String> {
@@ -278,4 +289,33 @@ fn events_of(table: &Table) -> Option<Vec<SideEvent>> {
         certainty: known(certainty[row]),
     };
     Some((0..table.rows()).map(event).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_known_is_not_the_same_log() {
+        let is_same_as_itself = |log: Value| {
+            let side = Side {
+                name: String::new(),
+                summary: serde_json::json!({ "provenance": { "log": log } }),
+                sources: None,
+                times_ns: Vec::new(),
+                valid: Vec::new(),
+                columns: Vec::new(),
+                events: Vec::new(),
+            };
+            side.about().is_of_same_log(&side.about())
+        };
+        let log = |file: Value| Value::Array(vec![file]);
+        let hashed = serde_json::json!({ "path": "a", "sha256": "ab" });
+        let of_bucket = serde_json::json!({ "path": "a", "sha256": null, "e_tag": "1" });
+        let unknown = serde_json::json!({ "path": "a", "sha256": null });
+        assert!(is_same_as_itself(log(hashed)));
+        assert!(is_same_as_itself(log(of_bucket)));
+        assert!(!is_same_as_itself(log(unknown)));
+        assert!(!is_same_as_itself(Value::Null));
+    }
 }

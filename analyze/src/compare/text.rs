@@ -142,7 +142,7 @@ fn add_events(comparison: &Comparison, text: &mut String) {
         return;
     }
     let _ = writeln!(text, "\n{}", word!("Events"));
-    for pair in &comparison.events {
+    for pair in comparison.events.iter().filter(|pair| pair.is_told) {
         let _ = writeln!(text, "{}", event(pair));
     }
 }
@@ -176,11 +176,13 @@ pub(super) fn event(pair: &EventPair) -> String {
         .into_iter()
         .chain(side("B", &pair.b))
         .collect();
-    let only = match (&pair.a, &pair.b, pair.is_open_elsewhere) {
-        (Some(_), None, true) => word!(", in A; B cannot be computed there"),
-        (None, Some(_), true) => word!(", in B; A cannot be computed there"),
-        (Some(_), None, false) => word!(", only in A"),
-        (None, Some(_), false) => word!(", only in B"),
+    let only = match (&pair.a, &pair.b) {
+        (Some(_), None) if pair.is_open_elsewhere => word!(", in A; B cannot be computed there"),
+        (None, Some(_)) if pair.is_open_elsewhere => word!(", in B; A cannot be computed there"),
+        (Some(_), None) if pair.is_only => word!(", only in A"),
+        (None, Some(_)) if pair.is_only => word!(", only in B"),
+        (Some(_), None) => word!(", in A"),
+        (None, Some(_)) => word!(", in B"),
         _ => "",
     };
     format!("{}{only}: {}", pair.what(), sides.join("; "))

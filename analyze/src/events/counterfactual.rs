@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use tipwatch_language::say;
 
-use crate::base::number::{number, probability, readable};
+use crate::base::number::{probability, readable, with_band};
 
 /// Two standard deviations: what is less probable than this is answered with no, what is more probable than one less it
 /// with yes.
@@ -106,8 +106,8 @@ impl Reply {
 }
 
 fn otf_in_words(otf_n: Option<f64>, sigma_n: Option<f64>) -> Option<String> {
-    let (otf, band) = (number(otf_n?), number(2.0 * sigma_n?));
-    Some(say!("minimum OTF {otf} ± {band} N"))
+    let otf = with_band(otf_n?, 2.0 * sigma_n?);
+    Some(say!("minimum OTF {otf} N"))
 }
 
 impl Answer {

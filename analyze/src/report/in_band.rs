@@ -5,7 +5,7 @@ use tipwatch_language::say;
 use crate::analysis::Analysis;
 use crate::analysis::digest::OtfBand;
 use crate::events::support_words::SupportWord;
-use crate::page::number;
+use crate::page::with_band;
 
 /// The wheels whose band reaches below a bound (N) by wheel in a valid row, the lowest first.
 pub(super) fn wheels(analysis: &Analysis, bound_n: impl Fn(usize) -> f64) -> Vec<(usize, OtfBand)> {
@@ -23,13 +23,27 @@ pub(super) fn lifts(analysis: &Analysis) -> Vec<(usize, OtfBand)> {
     wheels(analysis, |_| 0.0)
 }
 
+/// Whether bands say in every row what the wheels may have carried: without them no lift is excluded.
+pub(super) fn are_known(analysis: &Analysis) -> bool {
+    analysis
+        .digest
+        .wheels
+        .iter()
+        .all(|wheel| wheel.is_band_known)
+}
+
 /// A wheel, and what it carried.
-pub(super) fn in_words(analysis: &Analysis, (wheel, band): (usize, OtfBand)) -> String {
+fn in_words(analysis: &Analysis, (wheel, band): (usize, OtfBand)) -> String {
     say!(
-        "{}: {} ± {} N at t = {:.2} s",
+        "{}: {} N at t = {:.2} s",
         SupportWord::named(&analysis.machine.wheels()[wheel]),
-        number(band.otf_n),
-        number(2.0 * band.sigma_n),
+        with_band(band.otf_n, 2.0 * band.sigma_n),
         analysis.rows.seconds(band.row)
     )
+}
+
+/// All of these wheels.
+pub(super) fn all_in_words(analysis: &Analysis, found: &[(usize, OtfBand)]) -> String {
+    let words: Vec<String> = found.iter().map(|&it| in_words(analysis, it)).collect();
+    words.join("; ")
 }

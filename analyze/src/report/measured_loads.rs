@@ -6,7 +6,7 @@ use tipwatch_language::{say, word};
 use crate::analysis::Analysis;
 use crate::analysis::measured_loads::{Contradiction, TOTAL};
 use crate::events::Finding;
-use crate::page::{number, table_of};
+use crate::page::{number, table_of, with_band};
 
 /// The comparison by load sensor; `None` without one in the log.
 pub(super) fn section(analysis: &Analysis) -> Option<Markup> {
@@ -55,11 +55,10 @@ fn finding(analysis: &Analysis, span: &Contradiction) -> Finding {
         sensor => say!("the measured load {sensor}"),
     };
     let differs = say!(
-        "From t = {:.2} to {:.2} s {what} is {} ± {} N {} than computed",
+        "From t = {:.2} to {:.2} s {what} is {} N {} than computed",
         seconds(span.start_ns),
         seconds(span.end_ns),
-        number(span.difference_n.abs()),
-        number(2.0 * span.sigma_n),
+        with_band(span.difference_n.abs(), 2.0 * span.sigma_n),
         if span.difference_n < 0.0 {
             word!("less")
         } else {

@@ -14,7 +14,7 @@ use crate::base::number::number;
 use crate::base::options::ModelKind;
 use crate::events::support_words::SupportWord;
 use crate::events::{Answer, Finding};
-use crate::page::{Bar, bars, list, probability, readable, short, table, whole};
+use crate::page::{Bar, bars, list, probability, readable, short, table, whole, with_band};
 
 /// Most changes shown in the chart and the table.
 const MOST_SHOWN: usize = 8;
@@ -83,29 +83,30 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
 
 /// The smallest changes, for the first page.
 pub(super) fn brief(analysis: &Analysis) -> Markup {
-    let changes = analysis.advice.iter().flat_map(|advice| &advice.changes);
-    let rows = changes.take(MOST_IN_FINDING).map(|change| {
-        let otf = format!(
-            "{}{}",
-            number(change.least_otf_n),
-            sigma(change).trim_end_matches(" N")
-        );
+    let advice = analysis.advice.as_ref();
+    let changes = advice.into_iter().flat_map(|advice| &advice.changes);
+    let changes: Vec<&SimulatedChange> = changes.take(MOST_IN_FINDING).collect();
+    let rows = changes.iter().map(|change| {
         let chance = change.chance.map_or(word!("unknown").into(), probability);
-        vec![html! { (change.statement) }, html! { (otf) }, whole(chance)]
+        vec![
+            html! { (change.statement) },
+            html! { (least_otf(change)) },
+            whole(chance),
+        ]
     });
     let rows: Vec<Vec<Markup>> = rows.collect();
     let word = SupportWord::of(&analysis.machine).one;
-    let mut changes = analysis.advice.iter().flat_map(|advice| &advice.changes);
     // a change that meets the limit in the simulation may miss it by what is uncertain
-    let title = match changes.all(|change| Answer::of(change.chance) == Answer::Yes) {
+    let keeps = |change: &&SimulatedChange| Answer::of(change.chance) == Answer::Yes;
+    let title = match changes.iter().all(keeps) {
         true => say!("Simulated: what would have kept every {word} at its limit"),
-        false => say!("Simulated: what brings every {word} to its limit"),
+        false => say!("Simulated: with which every {word} just keeps its limit"),
     };
     html! {
         div {
             h3 { (title) }
             @if rows.is_empty() {
-                p { (analysis.advice.as_ref().map_or_else(|| without_advice(analysis), |advice| conclusion(analysis, advice))) }
+                p { (advice.map_or_else(|| without_advice(analysis), |advice| conclusion(analysis, advice))) }
             } @else {
                 (table(&[word!("Change, alone"), word!("Smallest OTF [N]"), word!("Chance")], &rows))
                 p.hint { (say!("Simulated over the whole incident, everything else as logged. Chance: that every {word} keeps its limit.")) }
@@ -152,12 +153,12 @@ pub(super) fn finding(analysis: &Analysis) -> Option<Finding> {
                     word.one
                 ),
                 (_, Some(chance)) => say!(
-                    "Simulated: {change} brings {} {wheel} and the others to their load limits{split}; the chance that it would have kept them there is {}",
+                    "Simulated: with {change}, {} {wheel} and the others just keep their load limits{split}; the chance that they would have kept them is {}",
                     word.one,
                     probability(chance)
                 ),
                 (_, None) => say!(
-                    "Simulated: {change} brings {} {wheel} and the others to their load limits{split}; how likely it would have kept them there is not known",
+                    "Simulated: with {change}, {} {wheel} and the others just keep their load limits{split}; how likely they would have kept them is not known",
                     word.one
                 ),
             }
@@ -165,11 +166,10 @@ pub(super) fn finding(analysis: &Analysis) -> Option<Finding> {
     };
     let evidence = advice.changes.iter().take(MOST_IN_FINDING).map(|change| {
         say!(
-            "With {}{}: minimum OTF {} N{} (limit {} N), other {others} at least {} N, ZMP margin {}",
+            "With {}{}: minimum OTF {} N (limit {} N), other {others} at least {} N, ZMP margin {}",
             change.statement,
             chance(change),
-            number(change.least_otf_n),
-            sigma(change),
+            least_otf(change),
             number(advice.limit_n),
             number(others_least(advice, change)),
             from_to(change.zmp_margin_m, "m")
@@ -267,10 +267,10 @@ fn conclusion(analysis: &Analysis, advice: &Advice) -> String {
             say!("No single change within limits would have kept every {word} at its limit.")
         }
         (None, 1) => say!(
-            "In a simulation, this change alone brings every {word} to its limit; the table has the chance that it would have kept it there."
+            "In a simulation, every {word} just keeps its limit with this change alone; the table has the chance that it would have kept it."
         ),
         (None, _) => say!(
-            "In a simulation, each of these changes alone brings every {word} to its limit; the table has the chance that it would have kept it there."
+            "In a simulation, every {word} just keeps its limit with each of these changes alone; the table has the chance that it would have kept it."
         ),
     }
 }
@@ -360,11 +360,10 @@ fn others_least(advice: &Advice, change: &SimulatedChange) -> f64 {
     })
 }
 
-fn sigma(change: &SimulatedChange) -> String {
-    let sigma = change.otf_sigma_n;
-    sigma.map_or(String::new(), |sigma| {
-        format!(" ± {} N", number(2.0 * sigma))
-    })
+/// Its smallest OTF (N) with its band.
+fn least_otf(change: &SimulatedChange) -> String {
+    let otf_n = change.least_otf_n;
+    (change.otf_sigma_n).map_or_else(|| number(otf_n), |sigma_n| with_band(otf_n, 2.0 * sigma_n))
 }
 
 fn from_to(of: BeforeAfter, unit: &str) -> String {

@@ -11,7 +11,7 @@ use crate::analysis::Analysis;
 use crate::analysis::advice::{Change, GroundSlope, Hypothesis, Question, moves_arm_alone};
 use crate::analysis::standing_rows::StandingRows;
 use crate::events::{Event, EventKind, Reply};
-use crate::page::{json_script, number, probability};
+use crate::page::{json_script, number, probability, with_band};
 
 /// Reach of the sliders of a joint (rad or m).
 const JOINT_REACH: f64 = 0.5;
@@ -319,16 +319,10 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
 fn simulated_in_words(of: &Slider) -> String {
     let others = of.simulated.iter().filter(|it| it.at != of.logged);
     let one = |it: &Simulated| {
-        let band = it.sigma_n.map_or(String::new(), |sigma_n| {
-            format!(" ± {}", number(2.0 * sigma_n))
-        });
+        let with = |sigma_n: f64| with_band(it.otf_n, 2.0 * sigma_n);
+        let otf = it.sigma_n.map_or_else(|| number(it.otf_n), with);
         let chance = it.probability.map_or(word!("unknown").into(), probability);
-        say!(
-            "{} {}: {}{band} N, chance {chance}",
-            number(it.at),
-            of.unit,
-            number(it.otf_n)
-        )
+        say!("{} {}: {otf} N, chance {chance}", number(it.at), of.unit)
     };
     let unknown = of.not_simulated.iter().map(|it| {
         let at = number(it.at);

@@ -16,6 +16,11 @@ use crate::wire::topics::{WireCommand, WireVerdict};
 /// Width of the text next to a bar (characters).
 const WORDS: u16 = 42;
 
+/// Lines of the level without what is not proven, of the utilisation and of the health.
+const LEVEL: u16 = 5;
+const MARGIN: u16 = 3;
+const HEALTH: u16 = 8;
+
 /// The state shown on the screen.
 #[derive(Debug, Clone, Default)]
 pub(super) struct View {
@@ -41,14 +46,23 @@ pub(super) fn draw(frame: &mut Frame<'_>, view: &View) {
         return;
     };
     let wheels = view.names.wheels.len() as u16;
-    let proof = missing_proofs(view, verdict);
     let inside = frame.area().width.saturating_sub(2).max(1);
+    let room = frame.area().height.saturating_sub(LEVEL + MARGIN + HEALTH);
+    let room_of_proof = room.saturating_sub(wheels);
+    let proof = missing_proofs(view, verdict, |text| {
+        lines_of(text, inside) <= room_of_proof
+    });
     let proof_lines = proof.as_ref().map_or(0, |proof| lines_of(proof, inside));
+    let proof_lines = proof_lines.min(room_of_proof);
+    let apart = 2 * wheels + 1;
+    let loads_lines = match proof_lines + apart <= room {
+        true => apart,
+        false => wheels,
+    };
     let [level, margin, loads, health] = Layout::vertical([
-        Constraint::Length(5 + proof_lines),
-        Constraint::Length(3),
-        Constraint::Length(2 * wheels + 1),
-        // what is not proven is shown whole
+        Constraint::Length(LEVEL + proof_lines),
+        Constraint::Length(MARGIN),
+        Constraint::Length(loads_lines),
         Constraint::Fill(1),
     ])
     .areas(frame.area());
@@ -163,11 +177,19 @@ fn draw_level(
     frame.render_widget(level, area);
 }
 
-/// What is not proven, and what would prove it; `None` if there is nothing, or where the basis is in doubt.
-fn missing_proofs(view: &View, verdict: &WireVerdict) -> Option<String> {
+/// What is not proven, and what would prove it if that `fits`; `None` if there is nothing, or where the basis is in doubt.
+fn missing_proofs(
+    view: &View,
+    verdict: &WireVerdict,
+    fits: impl Fn(&str) -> bool,
+) -> Option<String> {
     let missing = view.names.missing_proofs_text(verdict);
-    let is_shown = verdict.verdict().basis == Basis::Assumed && !missing.is_empty();
-    is_shown.then(|| format!("not proven: {missing}"))
+    if verdict.verdict().basis != Basis::Assumed || missing.is_empty() {
+        return None;
+    }
+    let whole = format!("not proven: {missing}");
+    let names = || format!("not proven: {}", view.names.unproven(verdict).join(", "));
+    Some(if fits(&whole) { whole } else { names() })
 }
 
 fn draw_margin(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVerdict) {
@@ -209,8 +231,10 @@ fn draw_bar(frame: &mut Frame<'_>, line: Rect, share: f64, color: Color) {
 }
 
 fn draw_loads(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVerdict) {
+    let wheels = view.names.wheels.len() as u16;
+    let lines = if area.height < 2 * wheels { 1 } else { 2 };
     let rows =
-        Layout::vertical(view.names.wheels.iter().map(|_| Constraint::Length(2))).split(area);
+        Layout::vertical(view.names.wheels.iter().map(|_| Constraint::Length(lines))).split(area);
     let standing = view
         .names
         .standing(verdict)
@@ -385,7 +409,11 @@ mod tests {
     }
 
     fn drawn(view: &View) -> String {
-        let mut terminal = Terminal::new(TestBackend::new(100, 24)).unwrap();
+        drawn_on(view, [100, 24])
+    }
+
+    fn drawn_on(view: &View, [width, height]: [u16; 2]) -> String {
+        let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
         terminal.draw(|frame| draw(frame, view)).unwrap();
         terminal.backend().to_string()
     }
@@ -433,7 +461,7 @@ mod tests {
             Proof::Joint(1),
         ];
         verdict.unproven = proofs.into_iter().collect::<Proofs>().bits();
-        let text = drawn(&view);
+        let text = drawn_on(&view, [100, 30]);
         let words: Vec<&str> = text.split_whitespace().filter(|it| it.len() > 3).collect();
         for proof in proofs {
             let told =
@@ -446,6 +474,30 @@ mod tests {
         // an alarm tells on what it stands, too
         view.verdict.as_mut().unwrap().level = Level::Notice as u32;
         assert!(drawn(&view).contains("not proven"));
+    }
+
+    #[test]
+    fn a_small_terminal_shows_every_name_and_wheel_and_the_health() {
+        let mut view = view();
+        let verdict = view.verdict.as_mut().unwrap();
+        verdict.level = Level::Assumed as u32;
+        verdict.basis = Basis::Assumed as u32;
+        verdict.standing = 0b1111;
+        verdict.unproven = Proofs::ALL.bits();
+        verdict.held_cautions = InputFault::Lost.into_bits();
+        let named = |names: [&str; 4]| names.map(String::from).to_vec();
+        view.names.wheels = named(["fl", "fr", "rl", "rr"]);
+        view.names.joints = named(["slew", "lift", "fold", "reach"]);
+        view.names.joints.push("tilt".into());
+        let text = drawn_on(&view, [80, 24]);
+        let shown: Vec<&str> = text.split_whitespace().collect();
+        for name in view.names.unproven(view.verdict.as_ref().unwrap()) {
+            let is_shown = shown.iter().any(|shown| shown.contains(&name));
+            assert!(is_shown, "{name} in\n{text}");
+        }
+        for wheel in ["FL ", "FR ", "RL ", "RR ", "cautions lost", "q: quit"] {
+            assert!(text.contains(wheel), "{wheel} in\n{text}");
+        }
     }
 
     #[test]

@@ -170,7 +170,8 @@ pub(super) const COMMAND_LISTS: Fields<WireCommand, [f64; MAX_ACTUATORS]> =
     fields![opening, measured, reference, velocity, target];
 
 /// What the monitor is: hashes in hexadecimal, empty where unknown. It stands at the beginning of every file, and where
-/// another monitor goes on. The lists of proofs are in the order of the bits of `unproven` in the verdict.
+/// another monitor goes on. The lists of proofs are in the order of the bits of `unproven` in the verdict; the last bit stands for all
+/// from there on.
 pub(super) fn program() -> Topic {
     Topic {
         name: monitor_topic::PROGRAM.into(),

@@ -135,7 +135,7 @@ impl Proof {
             }
             Self::Joint(index) => format!(
                 "stand, and move {} alone by a good part of its range; if it is commissioned, it has not changed since the session \
-                 began, or the motion speaks against it",
+                 began, or the motion speaks against it (until the next session, if it said that the encoder had stopped)",
                 joint(index)
             ),
         }
@@ -228,8 +228,8 @@ pub struct SessionProofs {
     /// that nobody reads: whatever a commissioning has proven of it, this session has not shown that it is measured. A force or a
     /// mass that has repeated one value for so long that nothing shows any more that it is measured is among them.
     pub unchanged: Proofs,
-    /// What the motion makes unlikely, without contradicting it for sure, or did, of an encoder that moves again, and what nothing
-    /// but a person says since it failed: whatever a commissioning has proven of it before, its sensors may be others since.
+    /// What the motion makes unlikely, without contradicting it for sure, or has contradicted, of an encoder that moves again, and what
+    /// nothing but a person says since it failed: whatever a commissioning has proven of it before, its sensors may be others since.
     pub disputed: Proofs,
     /// Joints whose position is exactly zero.
     pub at_zero: Proofs,

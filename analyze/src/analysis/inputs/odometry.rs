@@ -82,7 +82,7 @@ pub(super) fn scale(loaded: &LoadedLog) -> Option<GrossInput> {
             ));
         }
     }
-    let factor = agreed(factors)?;
+    let factor = agreed(&factors)?;
     if (1.0 / LARGEST_PROPORTION..=LARGEST_PROPORTION).contains(&factor) {
         return None;
     }
@@ -112,12 +112,11 @@ pub(super) fn scale(loaded: &LoadedLog) -> Option<GrossInput> {
 
 /// The median of the factors of the wheels, if most of them agree with it as far as slip allows. A unit is the same at every wheel:
 /// wheels that contradict each other slip, or are wrong one by one.
-fn agreed(factors: Vec<f64>) -> Option<f64> {
-    let all = factors.clone();
-    let factor = median(factors)?;
+fn agreed(factors: &[f64]) -> Option<f64> {
+    let factor = median(factors.iter().copied())?;
     let agrees = |other: &&f64| (*other / factor).ln().abs() < LARGEST_PROPORTION.ln();
-    let agreeing = all.iter().filter(agrees).count();
-    (2 * agreeing > all.len()).then_some(factor)
+    let agreeing = factors.iter().filter(agrees).count();
+    (2 * agreeing > factors.len()).then_some(factor)
 }
 
 /// Left and right wheel velocities that differ the wrong way round when the machine turns.
@@ -267,12 +266,12 @@ mod tests {
 
     #[test]
     fn a_unit_is_that_of_most_wheels() {
-        assert_eq!(agreed(vec![]), None);
-        assert_eq!(agreed(vec![3.6]), Some(3.6));
-        assert_eq!(agreed(vec![0.474, 2.174]), None);
-        assert_eq!(agreed(vec![2.174, 0.474]), None);
+        assert_eq!(agreed(&[]), None);
+        assert_eq!(agreed(&[3.6]), Some(3.6));
+        assert_eq!(agreed(&[0.474, 2.174]), None);
+        assert_eq!(agreed(&[2.174, 0.474]), None);
         // one of four slips
-        assert_eq!(agreed(vec![3.6, 0.5, 3.6, 3.6]), Some(3.6));
-        assert_eq!(agreed(vec![3.6, 0.5, 3.6, 0.5]), None);
+        assert_eq!(agreed(&[3.6, 0.5, 3.6, 3.6]), Some(3.6));
+        assert_eq!(agreed(&[3.6, 0.5, 3.6, 0.5]), None);
     }
 }

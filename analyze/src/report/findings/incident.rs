@@ -69,11 +69,16 @@ impl<'a> Incident<'a> {
         }
     }
 
-    /// The gravest event of which it was asked whether it would have happened otherwise.
+    /// The gravest event, facts first, of which it was asked whether it would have happened otherwise.
     pub(in crate::report) fn asked(&self) -> Option<&'a Event> {
         let events = self.events.iter().copied();
         let asked = events.filter(|event| !event.counterfactuals.is_empty());
-        asked.min_by_key(|event| rank(event.kind))
+        asked.min_by_key(|event| (!event.is_fact(), rank(event.kind), event.start_ns))
+    }
+
+    /// Whether one of its events is in a span (ns).
+    pub(in crate::report) fn overlaps(&self, span_ns: [i64; 2]) -> bool {
+        self.events.iter().any(|event| event.overlaps(span_ns))
     }
 
     pub(in crate::report) fn start_ns(&self) -> i64 {
@@ -163,6 +168,7 @@ fn is_alike(one: &Event, other: &Event) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::events::{Counterfactual, Reply, Supposition};
 
     fn event(kind: EventKind, subject: &str, span_s: [i64; 2]) -> Event {
         Event {
@@ -279,6 +285,32 @@ mod tests {
             incidents(&events[1..])[0].gravest().kind,
             EventKind::WheelLift
         );
+    }
+
+    #[test]
+    fn what_is_asked_about_is_what_is_told() {
+        let asked = |certainty: f64| {
+            let counterfactuals = vec![Counterfactual {
+                supposed: Supposition::LevelGround,
+                posture_ns: None,
+                base_rests: true,
+                reply: Reply::default(),
+            }];
+            let [mut tipping, mut lift] = [
+                event(EventKind::EdgeTipping, "left", [2, 3]),
+                event(EventKind::WheelLift, "fr", [2, 3]),
+            ];
+            tipping.certainty = Some(certainty);
+            tipping.counterfactuals.clone_from(&counterfactuals);
+            lift.counterfactuals = counterfactuals;
+            let events = [tipping, lift];
+            let found = incidents(&events);
+            let asked = found[0].asked().map(|event| event.kind);
+            assert_eq!(asked, Some(found[0].gravest().kind));
+            asked
+        };
+        assert_eq!(asked(0.3), Some(EventKind::WheelLift));
+        assert_eq!(asked(0.9), Some(EventKind::EdgeTipping));
     }
 
     #[test]

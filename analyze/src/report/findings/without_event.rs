@@ -48,14 +48,14 @@ impl Scene {
             None => say!("{} left the ground", self.word.one),
         };
         let bound_n = |wheel: usize| self.wheels[wheel].limit_n.unwrap_or(0.0);
-        let in_band = in_band::wheels(analysis, bound_n).into_iter().next();
-        let (claim, band) = match in_band {
-            None => (claim, String::new()),
-            Some(lowest) => (
+        let in_band = in_band::wheels(analysis, bound_n);
+        let (claim, band) = match in_band.is_empty() {
+            true => (claim, String::new()),
+            false => (
                 say!("{claim} as computed"),
                 say!(
                     "; within the bands that cannot be excluded ({})",
-                    in_band::in_words(analysis, lowest)
+                    in_band::all_in_words(analysis, &in_band)
                 ),
             ),
         };

@@ -11,7 +11,8 @@ pub(super) enum Block<'a> {
     /// An entry of a list: how deep, and its text.
     Item(usize, String),
     Table(Table),
-    /// Pictures side by side: each an SVG element and its caption; on the first page they are small.
+    /// Pictures side by side: each an SVG element and its caption. Those of the first page are small, and fill as many rows as
+    /// they need.
     Pictures {
         pictures: Vec<(Node<'a, 'a>, String)>,
         small: bool,
@@ -76,7 +77,7 @@ fn add<'a>(node: Node<'a, 'a>, depth: usize, blocks: &mut Vec<Block<'a>>) {
             }
         }
         "section" if has_class(node, "sheet") => {
-            blocks.push(Block::Sheet(in_rows(of(node))));
+            blocks.push(Block::Sheet(together(of(node))));
         }
         "div" if has_class(node, "columns") => {
             let columns = node.children().filter(Node::is_element).map(of);
@@ -91,8 +92,8 @@ fn add<'a>(node: Node<'a, 'a>, depth: usize, blocks: &mut Vec<Block<'a>>) {
     }
 }
 
-/// Rows of two of all pictures that follow each other, so that their letters can be read; of three where one would stand alone.
-fn in_rows(blocks: Vec<Block<'_>>) -> Vec<Block<'_>> {
+/// All pictures that follow each other as one block.
+fn together(blocks: Vec<Block<'_>>) -> Vec<Block<'_>> {
     let mut together: Vec<Block<'_>> = Vec::new();
     for block in blocks {
         match (together.last_mut(), block) {
@@ -102,24 +103,7 @@ fn in_rows(blocks: Vec<Block<'_>>) -> Vec<Block<'_>> {
             (_, block) => together.push(block),
         }
     }
-    let rows = together.into_iter().flat_map(|block| match block {
-        Block::Pictures { pictures, small } => {
-            let mut left = pictures.into_iter().peekable();
-            let mut rows = Vec::new();
-            while left.peek().is_some() {
-                let places = if left.len() == 3 && !rows.is_empty() {
-                    3
-                } else {
-                    2
-                };
-                let pictures = left.by_ref().take(places).collect();
-                rows.push(Block::Pictures { pictures, small });
-            }
-            rows
-        }
-        block => vec![block],
-    });
-    rows.collect()
+    together
 }
 
 fn side_by_side<'a>(node: Node<'a, 'a>, pictures: Vec<(Node<'a, 'a>, String)>) -> Block<'a> {
@@ -203,31 +187,5 @@ mod tests {
             (t.head.clone(), t.rows.clone()),
             (vec!["H".to_string()], vec![vec!["1".to_string()]])
         );
-    }
-
-    /// Of the first page: three beside each other only where one would stand alone below a row.
-    #[test]
-    fn pictures_of_a_sheet_stand_two_in_a_row() {
-        let rows = |count: usize| {
-            let figure = "<figure><svg viewBox=\"0 0 9 9\"><g/></svg></figure>";
-            let (two, more) = (figure.repeat(2), figure.repeat(count - 2));
-            let markup = format!(
-                "<r><section class=\"sheet\"><h3>A</h3><div class=\"pictures\">{two}</div>{more}</section></r>"
-            );
-            let tree = roxmltree::Document::parse(&markup).unwrap();
-            let found = of(tree.root_element());
-            let [Block::Sheet(blocks)] = &found[..] else {
-                panic!("{found:?}");
-            };
-            let rows = blocks.iter().filter_map(|block| match block {
-                Block::Pictures { pictures, .. } => Some(pictures.len()),
-                _ => None,
-            });
-            rows.collect::<Vec<_>>()
-        };
-        assert_eq!(rows(3), [2, 1]);
-        assert_eq!(rows(5), [2, 3]);
-        assert_eq!(rows(6), [2, 2, 2]);
-        assert_eq!(rows(7), [2, 2, 3]);
     }
 }

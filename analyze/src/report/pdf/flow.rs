@@ -25,8 +25,8 @@ const GUTTER: f32 = 10.0;
 /// Sizes at which a page is tried, as shares of the usual ones, until everything stands on it. At the last one, tables have
 /// letters of 5 points.
 const SCALES: [f32; 9] = [1.0, 0.95, 0.9, 0.85, 0.8, 0.75, 0.7, 0.65, 0.6];
-/// Heights of small pictures that are tried at each size, as multiples of the usual one.
-const STRETCHES: [f32; 4] = [1.75, 1.5, 1.25, 1.0];
+/// Sizes of small pictures that are tried at each of these, as multiples of the least that can be read.
+const STRETCHES: [f32; 4] = [1.3, 1.2, 1.1, 1.0];
 /// Largest height of a block on one page.
 pub(super) const HEIGHT: f32 = PAGE[1] - 2.0 * MARGIN;
 const TEXT: f32 = 9.0;
@@ -63,7 +63,7 @@ pub(super) struct Flow<'d> {
     pub(super) width: f32,
     /// Sizes as a share of the usual ones.
     pub(super) scale: f32,
-    /// Height of small pictures as a multiple of the usual one.
+    /// Size of small pictures as a multiple of the least.
     pub(super) stretch: f32,
 }
 

@@ -10,7 +10,7 @@ use crate::analysis::sensitivity::SensitivityTable;
 use crate::events::split_rule::{is_stated, measured_forces, sharing, split_rule};
 use crate::events::support_words::SupportWord;
 use crate::events::{Bound, Event, EventKind, ShownBy, TIP_OVER_RAD};
-use crate::page::{band, number, percent, probability};
+use crate::page::{band, number, percent, probability, with_band};
 use crate::report::deciding::Deciding;
 use crate::report::explanations;
 use crate::report::findings::{Incident, Scene, enumerated};
@@ -185,16 +185,23 @@ fn tipped_over(analysis: &Analysis) -> String {
             TIP_OVER_RAD.to_degrees()
         ),
         Some(event) => say!(
-            "No tip-over {scope}. But it was tipping about the {} edge {}{}.",
+            "{}. But it was tipping about the {} edge {}{}.",
+            capital(&no_tip_over(analysis, &scope)),
             scene.subject(event),
             at(event),
             reserve(&scene, event)
         ),
-        // what turns over shows that to gyro or attitude, whatever the loads are
-        None if is_watched(analysis) || in_band::lifts(analysis).is_empty() => {
-            say!("No tip-over {scope}.")
-        }
-        None => say!("As computed, no tip-over {scope}."),
+        None => format!("{}.", capital(&no_tip_over(analysis, &scope))),
+    }
+}
+
+/// That nothing tipped over in a scope, as the end of a sentence.
+pub(super) fn no_tip_over(analysis: &Analysis, scope: &str) -> String {
+    // what turns over shows that to gyro or attitude, whatever the loads are
+    let is_excluded = || in_band::are_known(analysis) && in_band::lifts(analysis).is_empty();
+    match is_watched(analysis) || is_excluded() {
+        true => say!("no tip-over {scope}"),
+        false => say!("as computed, no tip-over {scope}"),
     }
 }
 
@@ -302,33 +309,30 @@ fn lifted(analysis: &Analysis) -> String {
     }
     let beyond = off_by_stops(analysis, &scene, &wheels);
     if !beyond.is_empty() {
-        sentences.push(format!(
-            "{}.",
-            say!(
-                "Beyond the stop of its axle {} left the ground, too",
-                enumerated(&beyond)
-            )
-        ));
+        let names = enumerated(&beyond);
+        let text = match wheels.is_empty() {
+            true => say!("Beyond the stop of its axle {} left the ground", names),
+            false => say!("Beyond the stop of its axle {} left the ground, too", names),
+        };
+        sentences.push(format!("{text}."));
     }
     let open = match is_stated {
         true => Vec::new(),
         false => could_have_lifted(analysis, &wheels, &beyond),
     };
     let is_none = wheels.is_empty() && beyond.is_empty();
-    let in_band = match is_none {
-        true => in_band::lifts(analysis),
-        false => Vec::new(),
-    };
+    let mut in_band = in_band::lifts(analysis);
+    in_band.retain(|(wheel, _)| !is_told(analysis, *wheel, &wheels, &beyond));
     if is_none {
-        let is_certain = open.is_empty() && in_band.is_empty();
+        let is_certain = open.is_empty() && in_band.is_empty() && in_band::are_known(analysis);
         sentences.push(none(part(analysis), is_certain));
     }
     if !in_band.is_empty() {
-        let of = in_band.iter().map(|&it| in_band::in_words(analysis, it));
-        sentences.push(say!(
-            "Within the bands a lift cannot be excluded ({}).",
-            of.collect::<Vec<_>>().join("; ")
-        ));
+        let of = in_band::all_in_words(analysis, &in_band);
+        sentences.push(match is_none {
+            true => say!("Within the bands a lift cannot be excluded ({of})."),
+            false => say!("Within the bands a lift of these, too, cannot be excluded ({of})."),
+        });
     }
     let sharing = sharing(&analysis.machine);
     if !open.is_empty() {
@@ -382,14 +386,18 @@ fn off_by_stops(analysis: &Analysis, scene: &Scene, lifted: &[Lifted]) -> Vec<St
     named.filter(|named| off.contains(named)).collect()
 }
 
+/// Whether a wheel is told to have left the ground.
+fn is_told(analysis: &Analysis, wheel: usize, lifted: &[Lifted], beyond: &[String]) -> bool {
+    let facts = &analysis.machine.wheels()[wheel];
+    lifted.iter().any(|known| known.name == facts.name)
+        || beyond.contains(&SupportWord::named(facts))
+}
+
 /// Wheels that did not lift as computed, nor by the stop of their axle, and carry no load under some split.
 fn could_have_lifted(analysis: &Analysis, lifted: &[Lifted], beyond: &[String]) -> Vec<usize> {
     let machine = &analysis.machine;
     let could_unload = |wheel: &usize| {
-        let facts = &machine.wheels()[*wheel];
-        analysis.digest.wheels[*wheel].could_unload
-            && !lifted.iter().any(|known| known.name == facts.name)
-            && !beyond.contains(&SupportWord::named(facts))
+        analysis.digest.wheels[*wheel].could_unload && !is_told(analysis, *wheel, lifted, beyond)
     };
     (0..machine.wheels().len()).filter(could_unload).collect()
 }
@@ -485,7 +493,7 @@ fn hangs_on(analysis: &Analysis, incidents: &[Incident<'_>]) -> Option<String> {
     let next: Vec<String> = next
         .filter(|row| row.variance_share > 0.0)
         .map(|row| {
-            let change = number(row.two_sigma_change_n());
+            let change = band(row.two_sigma_change_n());
             format!("{} (± {change} N)", in_words(row.parameter, machine))
         })
         .collect();
@@ -507,7 +515,7 @@ fn hangs_on(analysis: &Analysis, incidents: &[Incident<'_>]) -> Option<String> {
             true => word!(" (by default: the machine file does not say how well)"),
             false => "",
         },
-        number(change_n)
+        band(change_n)
     ))
 }
 
@@ -632,17 +640,14 @@ fn readiness(analysis: &Analysis) -> String {
 fn smallest(analysis: &Analysis, row: usize, wheel: usize) -> String {
     let found = analysis.rows.window(row..row + 1);
     let load_n = found.value(Quantity::Load(wheel), 0);
-    let load = number(load_n);
     let share = percent(load_n / analysis.machine.reference().static_load[wheel]);
     let named = SupportWord::named(&analysis.machine.wheels()[wheel]);
     let sigma = Some(found.value(Quantity::LoadSigma(wheel), 0));
-    let band = match sigma.filter(|sigma| sigma.is_finite()) {
-        Some(sigma) => format!("± {} N", number(2.0 * sigma)),
-        None => word!("N, of unknown uncertainty").into(),
+    let load = match sigma.filter(|sigma| sigma.is_finite()) {
+        Some(sigma) => format!("{} N", with_band(load_n, 2.0 * sigma)),
+        None => format!("{} {}", number(load_n), word!("N, of unknown uncertainty")),
     };
-    say!(
-        "The smallest load compared with that at rest was {load} {band} on {named}, {share} of it."
-    )
+    say!("The smallest load compared with that at rest was {load} on {named}, {share} of it.")
 }
 
 fn assumptions(analysis: &Analysis) -> String {

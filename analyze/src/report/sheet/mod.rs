@@ -41,7 +41,7 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
             @if let Some(incident) = gravest {
                 (course::figure(analysis, incident))
                 (around::figures(analysis, incident))
-                div.columns { (causes(analysis, incident)) (otherwise(analysis, incident)) (prevention::brief(analysis)) }
+                div.columns { (causes(analysis, incident)) (otherwise(analysis, incident)) (prevented(analysis, incident)) }
             }
             (signature(analysis))
             p.hint { (say!("{}. t counts seconds from the first row.", told(BANDS))) }
@@ -188,6 +188,16 @@ fn otherwise(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
                 p { (say!("Open {suppositions}: {why}.")) }
             }
         }
+    }
+}
+
+/// What would have prevented it; nothing where that was simulated over another incident than the one that is told.
+fn prevented(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
+    let advice = analysis.advice.as_ref();
+    let span_ns = advice.map(|advice| [advice.event_start_ns, advice.event_end_ns]);
+    match span_ns.is_none_or(|span_ns| incident.overlaps(span_ns)) {
+        true => prevention::brief(analysis),
+        false => html! {},
     }
 }
 

@@ -6,11 +6,13 @@ use tipwatch_mechanics::{Quantity, State};
 use super::answers::{self, capital, condition, doubt, reserve};
 use crate::analysis::Analysis;
 use crate::events::{Bound, Event, EventKind, ShownBy};
-use crate::page::number;
+use crate::page::{number, with_band};
 use crate::report::findings::{Incident, Scene, enumerated, findings};
 
 /// Most wheels that are told to have left the ground after the first ones.
 const MOST_LATER: usize = 3;
+/// From so long before the onset on a reader is told how long (s): tenths are.
+const LEAST_BEFORE_S: f64 = 0.05;
 /// For so long a machine has been steady (ns).
 const STEADY_NS: i64 = 500_000_000;
 
@@ -72,13 +74,11 @@ fn before(
                 say!("At t = {at_s:.2} s the machine {steady}{load}.")
             }
             false => {
-                let before_s = scene.seconds(incident.start_ns()) - at_s;
                 let load = load.map_or(String::new(), |(support, load_n)| {
                     say!(", when {support} carried {load_n} N")
                 });
-                say!(
-                    "This account begins at t = {at_s:.2} s, {before_s:.1} s before the onset{load}."
-                )
+                let before = before_onset(incident.gravest().start_ns - causes.since_ns);
+                say!("This account begins at t = {at_s:.2} s{before}{load}.")
             }
         };
         (causes.since_ns, text)
@@ -87,6 +87,15 @@ fn before(
     told.sort_by_key(|(at_ns, _)| *at_ns);
     let told: Vec<String> = told.into_iter().map(|(_, text)| text).collect();
     (!told.is_empty()).then(|| told.join(" "))
+}
+
+/// How long before the onset (ns), unless a reader would see zero.
+fn before_onset(before_ns: i64) -> String {
+    let before_s = before_ns as f64 * 1e-9;
+    match before_s < LEAST_BEFORE_S {
+        true => String::new(),
+        false => say!(", {before_s:.1} s before the onset"),
+    }
 }
 
 /// Of a wheel that may or may not have been below its limit, what it carried: that is sure within its band.
@@ -99,11 +108,10 @@ fn least_load(analysis: &Analysis, scene: &Scene, event: &Event) -> Option<Strin
         [Quantity::Load(wheel), Quantity::LoadSigma(wheel)].map(|of| found.value(of, 0));
     (load_n.is_finite() && sigma_n.is_finite()).then(|| {
         say!(
-            "It had come close at t = {:.2} s: {} carried {} ± {} N{}.",
+            "It had come close at t = {:.2} s: {} carried {} N{}.",
             scene.seconds(event.worst_ns),
             scene.support(event),
-            number(load_n),
-            number(2.0 * sigma_n),
+            with_band(load_n, 2.0 * sigma_n),
             condition(scene, event)
         )
     })
@@ -262,6 +270,7 @@ fn outcome(analysis: &Analysis, scene: &Scene, incident: &Incident<'_>) -> Strin
         true => word!("at the rows of this sparse log").into(),
         false => answers::scope(analysis),
     };
+    let no_tip_over = answers::no_tip_over(analysis, &scope);
     // what rows show of the same wheel behind those that are not known
     let later = analysis.events.iter().filter(|event| {
         (event.kind, &event.subject, event.start_bound)
@@ -276,17 +285,21 @@ fn outcome(analysis: &Analysis, scene: &Scene, incident: &Incident<'_>) -> Strin
                 say!(", until {}", scene.end(event, end_ns))
             });
             say!(
-                "At t = {at} it was still so; the next loads, from t = {:.2} s on, show {} off the ground, again or still{until}. No tip-over {scope}.",
+                "At t = {at} it was still so; the next loads, from t = {:.2} s on, show {} off the ground, again or still{until}. {}.",
                 scene.seconds(event.start_ns),
-                scene.support(event)
+                scene.support(event),
+                capital(&no_tip_over)
             )
         }
         (Bound::AtOrAfter, ..) => {
-            say!("At t = {at} it was still so; how much longer is not known. No tip-over {scope}.")
+            say!(
+                "At t = {at} it was still so; how much longer is not known. {}.",
+                capital(&no_tip_over)
+            )
         }
-        (_, true, _) => say!("At t = {at} every {one} carried load again; no tip-over {scope}."),
+        (_, true, _) => say!("At t = {at} every {one} carried load again; {no_tip_over}."),
         (_, false, _) => {
-            say!("At t = {at} every {one} carried more than its limit again; no tip-over {scope}.")
+            say!("At t = {at} every {one} carried more than its limit again; {no_tip_over}.")
         }
     }
 }
@@ -319,4 +332,15 @@ fn tipped(scene: &Scene, event: &Event) -> String {
         "It tipped over about the {edge} edge, by at least {}{beyond}{by}{rest}.",
         answers::at_least_degrees(event)
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_account_begins_zero_seconds_before_the_onset() {
+        assert_eq!(before_onset(49_000_000), "");
+        assert!(!before_onset(51_000_000).is_empty());
+    }
 }

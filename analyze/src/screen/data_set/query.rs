@@ -160,7 +160,8 @@ impl Answer {
                 });
                 StringChunked::from_iter_options(column.name().clone(), texts).into_series()
             };
-            let series = column.as_materialized_series();
+            // one chunk: the parts of an answer come as polars computed them
+            let series = column.as_materialized_series().rechunk();
             let values = match column.dtype() {
                 DataType::Int64 | DataType::UInt64 => series.clone(),
                 whole if whole.is_integer() => series.cast(&DataType::Int64)?,

@@ -41,9 +41,7 @@ pub fn from_log(path: &Path, file: &MachineFile) -> Result<LogCommissioning> {
     loaded.for_each_arrival(|sample| {
         if let Sensor::Joints(stream) = sample.sensor {
             for (&joint, &position) in sensors.joints[stream].joints.iter().zip(sample.values) {
-                // no number is neither less nor more
-                let [least, most] = used[joint];
-                used[joint] = [least.min(position), most.max(position)];
+                used[joint] = widened(used[joint], loaded.machine.joints()[joint].limits, position);
             }
         }
         // A sample with a damaged stamp shows nothing; the others count.
@@ -76,6 +74,15 @@ pub fn from_log(path: &Path, file: &MachineFile) -> Result<LogCommissioning> {
     })
 }
 
+/// Least and largest position, with one more: one that is no number, or beyond the limits, is no motion.
+fn widened([least, most]: [f64; 2], limits: Option<[f64; 2]>, position: f64) -> [f64; 2] {
+    let is_within = |[from, to]: [f64; 2]| (from..=to).contains(&position);
+    match limits.is_none_or(is_within) {
+        true => [least.min(position), most.max(position)],
+        false => [least, most],
+    }
+}
+
 /// Names the joints of which the drive has proven the sign within a small part of their limits. `used`: least and largest position
 /// of each joint.
 fn unused_limits(machine: &Machine, used: &[[f64; 2]], assessment: &Assessment) -> Option<String> {
@@ -87,7 +94,7 @@ fn unused_limits(machine: &Machine, used: &[[f64; 2]], assessment: &Assessment) 
     let joints = machine.joints().iter().zip(used);
     let named = joints.filter_map(|(joint, [from, to])| {
         let [least, most] = joint.limits?;
-        let is_wide = most - least > WIDER * (to - from) && is_proven(&joint.name);
+        let is_wide = from <= to && most - least > WIDER * (to - from) && is_proven(&joint.name);
         is_wide.then(|| {
             let name = &joint.name;
             format!("{name} ({least:.2} to {most:.2}, moved from {from:.2} to {to:.2})")
@@ -101,4 +108,21 @@ fn unused_limits(machine: &Machine, used: &[[f64; 2]], assessment: &Assessment) 
             named.join(", ")
         )
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_position_beyond_the_limits_is_no_motion() {
+        let used = [0.2, 0.4];
+        let limits = Some([-1.0, 1.0]);
+        assert_eq!(widened(used, limits, 0.9), [0.2, 0.9]);
+        for position in [3.0, -1.1, f64::NAN] {
+            assert_eq!(widened(used, limits, position), used);
+        }
+        assert_eq!(widened(used, None, 3.0), [0.2, 3.0]);
+        assert_eq!(widened(used, None, f64::NAN), used);
+    }
 }

@@ -51,7 +51,7 @@ pub fn diagnostics(view: &View<'_>, unix_now_ns: i64) -> Vec<u8> {
         let cautions: Vec<&str> = held.cautions.iter().map(InputFault::name).collect();
         values.push(("basis", verdict.verdict().basis.name().to_owned()));
         values.push(("unproven", view.names.unproven(verdict).join(" ")));
-        values.push(("proven_by", view.names.missing_proofs_text(verdict)));
+        values.push(("missing_proofs", view.names.missing_proofs_text(verdict)));
         values.push(("doubted", view.names.doubted(verdict).join(" ")));
         values.push(("doubted_loads", view.names.doubted_loads(verdict).join(" ")));
         values.push((

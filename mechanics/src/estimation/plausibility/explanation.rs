@@ -227,7 +227,10 @@ impl Explanation {
             }
             Self::JointsExchanged(a, b) => say!("{} and {} were exchanged", joint(a), joint(b)),
             Self::JointOffset(j) => {
-                say!("the encoder of {} were off since it jumped or lost counts", joint(j))
+                say!(
+                    "the encoder of {} were off since it jumped or lost counts",
+                    joint(j)
+                )
             }
             Self::AttitudeOffset => word!("the attitude were off since it jumped").into(),
             Self::UnstatedLoad => word!("a load that nothing states were on the tool").into(),

@@ -27,8 +27,11 @@ pub(super) struct Flicker {
     /// The last change of the position.
     step: f64,
     resolution: f64,
-    /// Mean change at rest, before the present run.
+    /// Mean change at rest, before the present run: it fades with every repeat.
     change: f64,
+    /// Sum and number of all changes that went back.
+    back_sum: f64,
+    back_count: f64,
     /// Changes at rest, and those that went back.
     changes: f64,
     changed: f64,
@@ -47,6 +50,8 @@ impl Flicker {
             step: 0.0,
             resolution: f64::INFINITY,
             change: 0.0,
+            back_sum: 0.0,
+            back_count: 0.0,
             changes: 0.0,
             changed: 0.0,
             kept: 0.0,
@@ -61,9 +66,9 @@ impl Flicker {
         self.run == 0 && self.is_fine()
     }
 
-    /// Mean change at rest, before the present run.
+    /// Mean of all changes that went back: what noise changes.
     pub(super) fn noise(&self) -> f64 {
-        self.change
+        self.back_sum / self.back_count.max(1.0)
     }
 
     /// How often the position repeated itself between two changes at rest.
@@ -100,6 +105,10 @@ impl Flicker {
             }
             self.changes += f64::from(u8::from(rests));
             let turns_back = step * std::mem::replace(&mut self.step, step) < 0.0;
+            if turns_back {
+                self.back_sum += change;
+                self.back_count += 1.0;
+            }
             if rests && turns_back {
                 self.kept += f64::from(self.run);
                 self.changed += 1.0;
@@ -154,6 +163,20 @@ mod tests {
         // a position between two steps is known by nothing else
         let coarse = |k: usize| 5e-5 + 2e-5 * noise(k.min(50));
         assert_eq!(stopped_s(1e-4, true, coarse), None);
+    }
+
+    /// Most changes of wide noise look like a motion.
+    #[test]
+    fn noise_is_the_mean_of_all_changes_that_go_back() {
+        let mut flicker = Flicker::new(25.0);
+        let largest_at_rest = 5e-4;
+        for k in 1..600_usize {
+            let [before, position] = [k - 1, k].map(|k| 1e-3 * noise(k / 5));
+            let rests = (position - before).abs() < largest_at_rest;
+            let stamp_ns = k as i64 * 10_000_000;
+            flicker.stopped_ns(stamp_ns, position, rests, true, &Limits::OF_TESTS);
+        }
+        assert!((largest_at_rest..1.2e-3).contains(&flicker.noise()));
     }
 
     #[test]

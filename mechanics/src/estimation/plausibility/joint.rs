@@ -27,7 +27,7 @@ const HARMLESS_RATE: [f64; 2] = [0.3, 3.0];
 /// Acceleration that a step between two positions does not exceed without being an outlier, where no velocity is measured
 /// (rad/s^2 or m/s^2).
 const USUAL_ACCELERATION: f64 = 10.0;
-/// What noise explains of the difference between two positions, as a multiple of the mean change at rest: some four standard
+/// What noise explains of the difference between two positions, as a multiple of the mean change that goes back: some four standard
 /// deviations.
 const NOISE: f64 = 5.0;
 
@@ -103,7 +103,7 @@ struct Frozen {
     last_ns: i64,
     /// How it moved when it froze (rad/s or m/s); zero if it rested.
     rate: f64,
-    /// Mean change at rest before, and the usual time between changes (s).
+    /// What noise changed before, and the usual time between changes (s).
     noise: f64,
     interval_s: f64,
 }
@@ -147,7 +147,7 @@ impl JointWatch {
         Self {
             limits,
             flicker: Flicker::new(threshold),
-            pace: Pace::default(),
+            pace: Pace::new(),
             outliers: Outliers::new(2.0 * POSITION_ALLOWANCE),
             rate_outliers: Outliers::new(harmless_rate),
             good: None,
@@ -317,10 +317,8 @@ impl JointWatch {
         if self.limits.spins_wheel {
             return;
         }
-        if self.run == 1 {
-            let wraps = self.limits.wraps;
-            (self.pace).take(stamp_ns, position, limits, |a, b| step(wraps, a, b));
-        }
+        let wraps = self.limits.wraps;
+        (self.pace).take(stamp_ns, position, limits, |a, b| step(wraps, a, b));
         let rests = !self.moves;
         let stopped = (self.flicker).stopped_ns(stamp_ns, position, rests, works, limits);
         // whatever works meanwhile, it is measured again when it shows something else
@@ -337,7 +335,7 @@ impl JointWatch {
                 was_before: false,
                 position,
                 last_ns: stamp_ns,
-                rate: self.pace.beyond(NOISE * self.flicker.noise()),
+                rate: self.pace.beyond(NOISE * self.flicker.noise(), limits),
                 noise: self.flicker.noise(),
                 interval_s: self.period_s * (1.0 + self.flicker.repeats()),
             }),
@@ -398,11 +396,11 @@ impl JointWatch {
             true => here.rate,
             false => frozen.rate,
         };
-        let fastest = frozen.rate.abs().max(after.abs());
         let since_s = limits
             .elapsed_s(frozen.last_ns, here.stamp_ns)
             .max(frozen.interval_s);
-        let explained = 2.0 * fastest * since_s + NOISE * frozen.noise;
+        // by its motion before: a velocity that is derived from the positions explains every step
+        let explained = 2.0 * frozen.rate.abs() * since_s + NOISE * frozen.noise;
         let goes_on = self.step(frozen.position, here.position).abs() <= explained;
         let moved = explained + 2.0 * POSITION_ALLOWANCE;
         let still_s = limits.elapsed_s(frozen.since_ns, frozen.last_ns);
@@ -991,7 +989,7 @@ mod tests {
         hole: std::ops::Range<usize>,
         after: f64,
         every: usize,
-        resolution: f64,
+        noise: f64,
     }
 
     const REPEATS: Repeats = Repeats {
@@ -1001,7 +999,7 @@ mod tests {
         hole: 0..0,
         after: 0.0,
         every: 1,
-        resolution: 1e-6,
+        noise: 1e-4,
     };
 
     impl Repeats {
@@ -1019,8 +1017,8 @@ mod tests {
                     true => self.repeats.start - 1,
                     false => sample / self.every * self.every,
                 };
-                let noise = 1e-4 * ((read as f64 * 12.9898).sin() * 43_758.545_3).fract();
-                ((0.1 + is_at(read) + after + noise) / self.resolution).round() * self.resolution
+                let noise = self.noise * ((read as f64 * 12.9898).sin() * 43_758.545_3).fract();
+                ((0.1 + is_at(read) + after + noise) / 1e-6).round() * 1e-6
             };
             let mut watch = JointWatch::new(limits, 25.0);
             let (mut offsets, mut has_frozen) = (Vec::new(), false);
@@ -1038,7 +1036,7 @@ mod tests {
                     },
                 );
             }
-            assert_eq!(has_frozen, self.resolution < 1e-4);
+            assert!(has_frozen);
             offsets
         }
     }
@@ -1065,12 +1063,15 @@ mod tests {
             ..REPEATS
         };
         is(off(slow, LIMITS), -0.3);
-        let hole = Repeats {
-            hole: 700..740,
-            after: -0.9,
-            ..REPEATS
-        };
-        is(off(hole, LIMITS), -0.9);
+        // before it is known that it has stopped, and after
+        for hole in [530..570, 700..740] {
+            let hole = Repeats {
+                hole,
+                after: -0.9,
+                ..REPEATS
+            };
+            is(off(hole, LIMITS), -0.9);
+        }
         // it cannot have gone beyond its limit, which is 0.2 further than where it froze
         let limits = JointLimits {
             range: Some([-1.0, 0.6]),
@@ -1088,19 +1089,62 @@ mod tests {
     fn what_froze_and_comes_back_or_rested_has_lost_nothing() {
         let off = |of: Repeats| of.offsets(LIMITS);
         assert_eq!(off(REPEATS), [] as [f64; 0], "an absolute one");
-        let rests = Repeats {
-            rests_from: 450,
-            ..REPEATS
+        // the last sample that moves is hardly older than the first that repeats
+        for rests_from in [450, 480, 490, 495, 498] {
+            let rests = Repeats {
+                rests_from,
+                ..REPEATS
+            };
+            assert_eq!(off(rests), [] as [f64; 0], "{rests_from}");
+        }
+        // noise is no motion
+        for start in (500..700).step_by(4) {
+            let rests = Repeats {
+                pace: 0.0,
+                noise: 1e-3,
+                repeats: start..start + 400,
+                ..REPEATS
+            };
+            assert_eq!(off(rests), [] as [f64; 0], "{start}");
+        }
+    }
+
+    /// Its velocity on the way back is no motion: it is derived from that step.
+    #[test]
+    fn an_absolute_encoder_that_comes_back_with_a_step_has_lost_nothing() {
+        let fast = |max_velocity: f64| JointLimits {
+            max_velocity,
+            ..LIMITS
         };
-        assert_eq!(off(rests), [] as [f64; 0]);
-        // steps wider than the noise repeat in motion, too
-        let coarse = Repeats {
-            pace: 0.02,
-            resolution: 0.01,
-            repeats: 1..1,
-            ..REPEATS
-        };
-        assert_eq!(off(coarse), [] as [f64; 0]);
+        for (period_ns, limits, moves, repeats) in [
+            (100_000_000, fast(2.0), 40..60, 57..75),
+            (50_000_000, fast(3.0), 80..115, 110..150),
+        ] {
+            let period_s = period_ns as f64 * 1e-9;
+            let shown = |sample: usize| {
+                let read = match repeats.contains(&sample) {
+                    true => repeats.start - 1,
+                    false => sample,
+                };
+                let moved = (read.clamp(moves.start, moves.end) - moves.start) as f64;
+                let noise = 1e-4 * ((read as f64 * 12.9898).sin() * 43_758.545_3).fract();
+                0.3 * period_s * moved + noise
+            };
+            let mut watch = JointWatch::new(limits, 25.0);
+            let mut kinds = Vec::new();
+            for sample in 1..200 {
+                let derived = (shown(sample) - shown(sample - 1)) / period_s;
+                watch.check(
+                    sample as i64 * period_ns,
+                    [shown(sample), derived],
+                    true,
+                    &Limits::OF_TESTS,
+                    &mut |notice| kinds.push(notice.kind),
+                );
+            }
+            assert!(kinds.contains(&FaultKind::Frozen), "{period_ns}");
+            assert!(!kinds.contains(&FaultKind::Contradiction), "{period_ns}");
+        }
     }
 
     #[test]

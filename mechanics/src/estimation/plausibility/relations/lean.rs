@@ -125,7 +125,7 @@ struct Alternative {
     evidence: Evidence,
     /// What speaks for sound sensors instead: of an offset, which something suggests, this decides, too.
     refuted: Evidence,
-    /// Of an encoder that stopped: whether that was the likelier explanation when it moved again. It may have lost its zero.
+    /// Of an encoder that stopped: whether that has ever been what explains a contradiction best. It may have lost its zero.
     had_stopped: bool,
 }
 
@@ -235,12 +235,14 @@ impl LeanRelation {
         }
     }
 
-    /// That joint is right where it is now: a person says so, or the platform leans as it shows.
-    pub(super) fn trust(&mut self, joint: usize) {
-        let stopped = Explanation::JointStopped(joint);
-        let alternatives = self.alternatives.iter_mut();
-        for it in alternatives.filter(|it| it.explanation == stopped && it.had_stopped) {
-            (it.had_stopped, it.evidence) = (false, Evidence::default());
+    /// A person says that these joints are right where they are now.
+    pub(super) fn trust(&mut self, signals: Proofs) {
+        for it in self.alternatives.iter_mut().filter(|it| it.had_stopped) {
+            if let Explanation::JointStopped(joint) = it.explanation
+                && signals.has(Proof::Joint(joint))
+            {
+                (it.had_stopped, it.evidence) = (false, Evidence::default());
+            }
         }
     }
 
@@ -398,12 +400,6 @@ impl LeanRelation {
         self.sound.drift(drift);
         let sound = compared.take(&mut self.sound, &compared.measured, a, Vector2::zeros());
         let at_rest = self.model.lean_with(&[], up);
-        // sound sensors, or a load that was taken up, which leans the platform though no joint moves
-        let loads = self.alternatives.iter();
-        let loaded = loads
-            .filter(|it| it.explanation == Explanation::UnstatedLoad)
-            .map(|it| it.evidence.log_odds(LOADED_BEFOREHAND))
-            .fold(0.0, f64::max);
         for it in &mut self.alternatives {
             if it.is_asleep() {
                 continue;
@@ -430,8 +426,6 @@ impl LeanRelation {
                     let moved = (position - it.position).abs();
                     it.position = position;
                     if moved > MOVES {
-                        // that it moves again says nothing of where it was
-                        it.had_stopped |= it.evidence.log_odds(BEFOREHAND) > loaded;
                         it.evidence.add(compared.start_ns, REFUTED, threshold);
                         continue;
                     }
@@ -479,6 +473,13 @@ impl LeanRelation {
                 it.unknowns = self.sound;
             }
         }
+        // That it moves again says nothing of where it was. Less evidence is a gust, or a person who steps on the platform.
+        if let Some((stopped @ Explanation::JointStopped(_), ..)) = self.standing(|_| 0.0) {
+            let mut alternatives = self.alternatives.iter_mut();
+            if let Some(it) = alternatives.find(|it| it.explanation == stopped) {
+                it.had_stopped = true;
+            }
+        }
     }
 
     /// Notes the postures of the alternatives at the beginning of a window.
@@ -514,7 +515,8 @@ impl LeanRelation {
         open.fold(self.signals_of(Explanation::Other), Proofs::without)
     }
 
-    /// What an alternative is about that is the more likely one by now, against [`BEFOREHAND`], or was, of an encoder that moves again.
+    /// What an alternative is about that is the more likely one by now, against [`BEFOREHAND`], or that has been a contradiction, of an
+    /// encoder that moves again.
     pub(super) fn disputed(&self) -> Proofs {
         let likely = self.alternatives.iter().filter(|it| {
             let beforehand = match it.explanation {

@@ -128,12 +128,7 @@ impl Evidence {
     /// Whether the windows have raised an alternative of this probability beforehand above all sensors being sound, as a cumulative
     /// sum that begins where it helps the alternative most. Only windows that speak against it take that back: no hole does.
     pub(super) fn disputes(&self, beforehand: f64) -> bool {
-        self.log_odds(beforehand) > 0.0
-    }
-
-    /// The same as log odds against all sensors being sound.
-    pub(super) fn log_odds(&self, beforehand: f64) -> f64 {
-        self.remembered + beforehand.ln()
+        self.remembered > -beforehand.ln()
     }
 
     /// Whether it exceeds the threshold, or did and has not been refuted since.

@@ -314,10 +314,7 @@ impl Relations {
     /// A person trusts these joints where they are now.
     pub(in crate::estimation) fn trust(&mut self, signals: Proofs) {
         if let Some(lean) = &mut self.lean {
-            let of_arm = self.arm.iter();
-            of_arm
-                .filter(|&&joint| signals.has(Proof::Joint(joint)))
-                .for_each(|&joint| lean.trust(joint));
+            lean.trust(signals);
             let joints = self.offsets.doubts().map(|doubt| doubt.signal);
             for signal in joints.filter(|&signal| signals.has(signal)) {
                 if let Proof::Joint(joint) = signal {

@@ -114,11 +114,24 @@ impl Offsets {
             });
             return;
         };
-        let apart = known.by.abs();
+        let added = Offset {
+            by,
+            moved,
+            ..*known
+        };
+        let (is_lost, was_lost) = (!added.is_determined(), !known.is_determined());
+        let before = known.by;
         known.by += by;
         known.moved += moved;
-        // while it showed another place, the joint may have gone on; one that slips again comes no closer
-        let returns = known.by.abs() < 0.5 * apart;
+        if is_lost || was_lost {
+            known.moved = known.moved.max(known.by.abs());
+        }
+        // zero is not known to be right, and what is off by zero has stopped
+        if is_lost && known.by == 0.0 {
+            known.by = by;
+        }
+        // while it showed another place, the joint may have gone on; one that slips again, or loses counts, comes no closer
+        let returns = !is_lost && known.by.abs() < 0.5 * before.abs();
         let gone = match known.since_ns.filter(|_| returns) {
             Some(since_ns) => {
                 let meanwhile_s = jump.since_ns.saturating_sub(since_ns).max(0) as f64 * 1e-9;
@@ -132,14 +145,8 @@ impl Offsets {
     }
 
     /// Ends the doubts that the lean of the platform refutes.
-    pub(super) fn end_refuted(&mut self, lean: &mut LeanRelation) {
-        self.standing.retain(|it| {
-            let is_refuted = lean.refutes_offset(it.joint);
-            if is_refuted {
-                lean.trust(it.joint);
-            }
-            !is_refuted
-        });
+    pub(super) fn end_refuted(&mut self, lean: &LeanRelation) {
+        self.standing.retain(|it| !lean.refutes_offset(it.joint));
     }
 
     fn of(&self, joint: usize) -> Option<&Offset> {
@@ -152,5 +159,57 @@ impl Offsets {
         let since_ns = *known.since_ns.get_or_insert(stamp_ns);
         let offset = Notice::offset(since_ns, known.by, known.moved);
         Some(offset.explained(Explanation::JointOffset(joint)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::fault::{Amount, Component};
+    use super::*;
+    use crate::machine::Policy;
+    use crate::state::Sensor;
+
+    /// By how much a joint is off after jumps, each with what of it may be motion, and what of that may be; `None`: it is back.
+    fn off(jumps: &[[f64; 2]]) -> Option<[f64; 2]> {
+        let mut offsets = Offsets {
+            standing: Vec::new(),
+            fastest: vec![0.0],
+        };
+        for (&[by, moved], stamp_ns) in jumps.iter().zip(1..) {
+            let jump = Finding {
+                sensor: Sensor::Joints(0),
+                part: Part::Joint(0),
+                kind: FaultKind::Contradiction,
+                component: Component::Value,
+                policy: Policy::Invalid,
+                since_ns: stamp_ns,
+                stamp_ns,
+                measure: by,
+                limit: f64::NAN,
+                amount: Amount {
+                    value: moved,
+                    rate: 0.0,
+                },
+                explanation: None,
+            };
+            offsets.add(0, &jump);
+        }
+        offsets.of(0).map(|it| [it.by, it.moved])
+    }
+
+    #[test]
+    fn a_jump_back_ends_the_doubt_and_a_loss_of_counts_never_does() {
+        assert_eq!(off(&[[1.5, 0.02], [-1.5, 0.02]]), None);
+        assert!(off(&[[1.5, 0.02], [1.5, 0.02]]).is_some());
+        // it has lost counts twice, or slipped and lost some, or lost some and slipped
+        for jumps in [
+            [[-0.9, 0.9], [0.5, 0.5]],
+            [[-0.9, 0.9], [0.9, 0.9]],
+            [[1.5, 0.02], [-0.9, 0.9]],
+            [[-0.9, 0.9], [-1.5, 0.02]],
+        ] {
+            let [by, moved] = off(&jumps).expect("it stands");
+            assert!(by != 0.0 && by.abs() <= moved, "{jumps:?} {by} {moved}");
+        }
     }
 }

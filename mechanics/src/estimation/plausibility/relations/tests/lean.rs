@@ -1,5 +1,7 @@
 //! Whether the lean of a standing platform shows that the encoder of its slew has the other sign.
 
+use std::f64::consts::TAU;
+
 use nalgebra::{Vector2, Vector3};
 
 use super::super::super::notice::Rules;
@@ -112,24 +114,30 @@ fn a_sign_that_the_motion_makes_unlikely_is_disputed_before_it_is_contradicted()
     }
 }
 
-/// The platform leans as if the slew turned there and back while its encoder rests; then both move alike. Nothing says where the
-/// encoder has found its zero again.
+/// The platform leans as if the slew swung while its encoder rests; it rests, and then both move alike. Nothing says where the encoder
+/// has found its zero again.
 // requirement: TW-VERDICT-28
 #[test]
 fn an_encoder_that_has_stopped_is_disputed_until_it_is_trusted() {
     let machine = steered();
-    let of_slew = joint(&machine, "slew");
-    let slew = |time_s: f64| {
-        let unseen = turns(1.2, 1.7, 0.9)(time_s) - turns(1.2, 3.2, 0.9)(time_s);
-        unseen + 0.3 * (time_s - 4.1).max(0.0).sin()
+    let of_slew = Proof::Joint(joint(&machine, "slew"));
+    let unseen_s = 1.2 + TAU;
+    let slew = |time_s: f64| match time_s {
+        ..1.2 => 0.0,
+        _ if time_s < unseen_s => 0.4 * (2.0 * (time_s - 1.2)).sin(),
+        _ => 0.3 * (time_s - unseen_s - 6.0).max(0.0).sin(),
     };
-    let stops = |time_s: f64| if time_s < 4.1 { 0.0 } else { slew(time_s) };
-    let is_disputed = |shown: &LeanRelation| shown.disputed().has(Proof::Joint(of_slew));
-    let sound = weighed(&machine, 0.0, 30, slew, [1.0, 0.0]);
+    let stops = |time_s: f64| match time_s < unseen_s {
+        true => 0.0,
+        false => slew(time_s),
+    };
+    let is_disputed = |shown: &LeanRelation| shown.disputed().has(of_slew);
+    let sound = weighed(&machine, 0.0, 40, slew, [1.0, 0.0]);
     assert!(!is_disputed(&sound));
-    let mut stopped = weighed_as(&machine, 0.0, 30, slew, stops, 0.0);
+    let mut stopped = weighed_as(&machine, 0.0, 40, slew, stops, 0.0);
+    assert!(stopped.standing(|_| 0.0).is_none(), "it moves again");
     assert!(is_disputed(&stopped));
-    stopped.trust(of_slew);
+    stopped.trust([of_slew].into_iter().collect());
     assert!(!is_disputed(&stopped));
 }
 
