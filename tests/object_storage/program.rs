@@ -378,17 +378,17 @@ fn a_place_that_is_not_listed_fails_alone_and_is_tried_again() {
     for (key, log) in [("a/1.mcap", "tiny.mcap"), ("b/2.mcap", "tiny_lift.mcap")] {
         upload("listing", key, &std::fs::read(data(log)).unwrap());
     }
-    let out = tempfile::tempdir().unwrap();
-    let out = out.path().join("fleet");
-    let (out, machine) = (out.to_str().unwrap(), data("tiny_lift.toml"));
-    let screen = |places: &[&str]| {
+    let (folder, machine) = (tempfile::tempdir().unwrap(), data("tiny_lift.toml"));
+    let screen = |out: &Path, places: &[&str]| {
         let asked = ["--machine", machine.to_str().unwrap(), "--resume"];
-        let asked = [&["screen", "--prune", "--out", out], places, &asked].concat();
+        let out = ["screen", "--prune", "--out", out.to_str().unwrap()];
+        let asked = [&out, places, &asked].concat();
         run(&server, &asked).status.code()
     };
-    let rows = || {
+    let rows = |out: &Path| {
         let sql = "SELECT path, failure FROM logs ORDER BY path";
-        let rows = run(&server, &["query", out, sql, "--json"]).stdout;
+        let asked = ["query", out.to_str().unwrap(), sql, "--json"];
+        let rows = run(&server, &asked).stdout;
         let rows: serde_json::Value = serde_json::from_slice(&rows).unwrap();
         let row = |row: &serde_json::Value| {
             let failure = row["failure"].as_str().map(ToOwned::to_owned);
@@ -403,25 +403,27 @@ fn a_place_that_is_not_listed_fails_alone_and_is_tried_again() {
             |seen: &Seen| seen.path.contains("list-type") && seen.path.contains("prefix=a");
         server.inject(99, is_list, Fault::Refusal(403, "AccessDenied", None));
     };
-    for place in ["s3://listing/a", "s3://listing/a/", "s3://listing/a/*.mcap"] {
+    let places = ["s3://listing/a", "s3://listing/a/", "s3://listing/a/*.mcap"];
+    for (at, place) in places.into_iter().enumerate() {
+        let out = folder.path().join(at.to_string());
         let places = [place, "s3://listing/b"];
-        assert_eq!(screen(&places), Some(0), "{place}");
-        assert_eq!(rows(), both, "{place}");
+        assert_eq!(screen(&out, &places), Some(0), "{place}");
+        assert_eq!(rows(&out), both, "{place}");
         refuse();
-        assert_eq!(screen(&places), Some(1), "{place}");
+        assert_eq!(screen(&out, &places), Some(1), "{place}");
         let mut expected = both.to_vec();
         expected.push((
             place.trim_end_matches('/').to_owned(),
             Some("storage".into()),
         ));
         expected.sort();
-        assert_eq!(rows(), expected, "{place}");
+        assert_eq!(rows(&out), expected, "{place}");
         // alone, too
-        assert_eq!(screen(&[place]), Some(1), "{place}");
+        assert_eq!(screen(&out, &[place]), Some(1), "{place}");
         server.heal();
+        assert_eq!(screen(&out, &places), Some(0), "{place}");
+        assert_eq!(rows(&out), both, "{place}");
     }
-    assert_eq!(screen(&["s3://listing/a", "s3://listing/b"]), Some(0));
-    assert_eq!(rows(), both);
 }
 
 #[test]

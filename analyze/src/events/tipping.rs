@@ -338,8 +338,13 @@ impl OfEdge<'_, '_> {
             let from_s = (near.at_s - margin_s).max(0.0);
             let to_s = near.at_s + margin_s + FITTED_S;
             let first = self.rows.row_from(from_s);
-            // a heavy machine on soft tyres leans by more before its last wheel has lifted
-            let beyond_tyres = BEYOND_TYRES_RAD.max(rotation.on_tyres_rad);
+            // a heavy machine on soft tyres leans by more before its last wheel has lifted; about the pivot of an axle it turns on
+            // to its stop, where the load has a corner of another beginning
+            let edge = &self.machine.polygon().edges()[edge];
+            let beyond_tyres = match self.machine.axles_astride(edge).next() {
+                Some(_) => BEYOND_TYRES_RAD,
+                None => BEYOND_TYRES_RAD.max(rotation.on_tyres_rad),
+            };
             let rotated_ns = rotation.reached(beyond_tyres).unwrap_or(i64::MAX);
             let rotated = rows.at(rotated_ns).min(self.rows.row_from(to_s));
             let to_s = rows.seconds(rotated).min(to_s);

@@ -2,6 +2,9 @@
 
 use roxmltree::Node;
 
+/// Most small pictures side by side.
+const MOST_BESIDE: usize = 3;
+
 /// A part of the document.
 #[derive(Debug)]
 pub(super) enum Block<'a> {
@@ -11,8 +14,7 @@ pub(super) enum Block<'a> {
     /// An entry of a list: how deep, and its text.
     Item(usize, String),
     Table(Table),
-    /// Pictures side by side: each an SVG element and its caption. Those of the first page are small, and fill as many rows as
-    /// they need.
+    /// Pictures side by side: each an SVG element and its caption; on the first page they are small.
     Pictures {
         pictures: Vec<(Node<'a, 'a>, String)>,
         small: bool,
@@ -70,14 +72,15 @@ fn add<'a>(node: Node<'a, 'a>, depth: usize, blocks: &mut Vec<Block<'a>>) {
         "div" if has_class(node, "pictures") || has_class(node, "grid") => {
             let figures = node.children().filter(|child| child.has_tag_name("figure"));
             let pictures: Vec<_> = figures.filter_map(picture).collect();
+            let places = if has_class(node, "four") { 4 } else { 2 };
             let mut pictures = pictures.into_iter().peekable();
             while pictures.peek().is_some() {
-                let row = pictures.by_ref().take(2).collect();
+                let row = pictures.by_ref().take(places).collect();
                 blocks.push(side_by_side(node, row));
             }
         }
         "section" if has_class(node, "sheet") => {
-            blocks.push(Block::Sheet(together(of(node))));
+            blocks.push(Block::Sheet(beside_each_other(of(node))));
         }
         "div" if has_class(node, "columns") => {
             let columns = node.children().filter(Node::is_element).map(of);
@@ -92,12 +95,14 @@ fn add<'a>(node: Node<'a, 'a>, depth: usize, blocks: &mut Vec<Block<'a>>) {
     }
 }
 
-/// All pictures that follow each other as one block.
-fn together(blocks: Vec<Block<'_>>) -> Vec<Block<'_>> {
-    let mut together: Vec<Block<'_>> = Vec::new();
+/// Rows of pictures that have room beside each other: three small ones at most.
+fn beside_each_other<'a>(blocks: Vec<Block<'a>>) -> Vec<Block<'a>> {
+    let mut together: Vec<Block<'a>> = Vec::new();
     for block in blocks {
         match (together.last_mut(), block) {
-            (Some(Block::Pictures { pictures, .. }), Block::Pictures { pictures: more, .. }) => {
+            (Some(Block::Pictures { pictures, .. }), Block::Pictures { pictures: more, .. })
+                if pictures.len() + more.len() <= MOST_BESIDE =>
+            {
                 pictures.extend(more);
             }
             (_, block) => together.push(block),

@@ -25,8 +25,6 @@ const GUTTER: f32 = 10.0;
 /// Sizes at which a page is tried, as shares of the usual ones, until everything stands on it. At the last one, tables have
 /// letters of 5 points.
 const SCALES: [f32; 9] = [1.0, 0.95, 0.9, 0.85, 0.8, 0.75, 0.7, 0.65, 0.6];
-/// Sizes of small pictures that are tried at each of these, as multiples of the least that can be read.
-const STRETCHES: [f32; 4] = [1.3, 1.2, 1.1, 1.0];
 /// Largest height of a block on one page.
 pub(super) const HEIGHT: f32 = PAGE[1] - 2.0 * MARGIN;
 const TEXT: f32 = 9.0;
@@ -63,8 +61,6 @@ pub(super) struct Flow<'d> {
     pub(super) width: f32,
     /// Sizes as a share of the usual ones.
     pub(super) scale: f32,
-    /// Size of small pictures as a multiple of the least.
-    pub(super) stretch: f32,
 }
 
 impl<'d> Flow<'d> {
@@ -81,7 +77,6 @@ impl<'d> Flow<'d> {
             indent: 0.0,
             width: WIDTH,
             scale: 1.0,
-            stretch: 1.0,
         })
     }
 
@@ -122,25 +117,21 @@ impl<'d> Flow<'d> {
         self.paragraph(text, size, false, indent);
     }
 
-    /// Lays out so small that all of it stands on the rest of the page, if it can be read then. Pictures take the room that is
-    /// left.
+    /// Lays out so small that all of it stands on the rest of the page, if it can be read then.
     pub(super) fn one_page(&mut self, mut lay_out: impl FnMut(&mut Self)) {
         let (page, y, headings) = (self.pages.len() - 1, self.y, self.headings.len());
         let marks = self.pages[page].len();
-        let sizes = SCALES
-            .into_iter()
-            .flat_map(|scale| STRETCHES.map(|stretch| (scale, stretch)));
-        for (scale, stretch) in sizes {
+        for scale in SCALES {
             self.pages.truncate(page + 1);
             self.pages[page].truncate(marks);
             self.headings.truncate(headings);
-            (self.y, self.scale, self.stretch) = (y, scale, stretch);
+            (self.y, self.scale) = (y, scale);
             lay_out(self);
             if self.pages.len() == page + 1 {
                 break;
             }
         }
-        (self.scale, self.stretch) = (1.0, 1.0);
+        self.scale = 1.0;
     }
 
     /// Lays out columns side by side; what does not fit on the page follows on the next one.

@@ -10,8 +10,9 @@ const CAPTION: f32 = 8.0;
 const BETWEEN: f32 = 10.0;
 /// Largest height of a picture (points).
 const TALLEST: f32 = 330.0;
-/// Least scale of the small ones, which are alike: letters of 11 units have 5.5 points.
-const LEAST_OF_SMALL: f32 = 0.5;
+const TALLEST_OF_SMALL: f32 = 105.0;
+/// Least size of letters in a picture, however small it is drawn (points).
+const LEAST_LETTERS: f32 = 5.2;
 /// Control points of a quarter circle.
 const QUARTER: f32 = 0.552_284_8;
 
@@ -89,51 +90,34 @@ impl Frame {
     }
 }
 
-/// A picture, its caption, and the scale, width and height that it has.
-type Sized<'a, 'p> = (&'p (Node<'a, 'a>, String), [f32; 3]);
-
-/// Draws pictures side by side, with their captions below; small ones in rows, where much must stand on a page.
+/// Draws pictures side by side, with their captions below; small ones where much must stand on a page.
 pub(super) fn add(flow: &mut Flow<'_>, pictures: &[(Node<'_, '_>, String)], small: bool) {
-    if small {
-        let scale = LEAST_OF_SMALL * flow.stretch;
-        let mut row: Vec<Sized<'_, '_>> = Vec::new();
-        for picture in pictures {
-            let [width, height] = extent(picture.0).map(|length| length * scale);
-            let used: f32 = row.iter().map(|(_, size)| size[1] + BETWEEN).sum();
-            if used + width > flow.width {
-                add_row(flow, &row);
-                row.clear();
-            }
-            row.push((picture, [scale, width, height]));
-        }
-        return add_row(flow, &row);
-    }
-    let (width, tallest) = (flow.width, flow.scale * TALLEST);
+    let tallest = match small {
+        true => TALLEST_OF_SMALL,
+        false => flow.scale * TALLEST,
+    };
+    let (width, letters) = (flow.width, CAPTION * flow.scale);
     // a wide picture alone takes the whole width
     let least = match pictures {
-        [(svg, _)] if size(*svg, width, TALLEST)[0] < 1.0 => 1,
+        [(svg, _)] if size(*svg, width, TALLEST).0 < 1.0 => 1,
         _ => 2,
     };
     let places = pictures.len().max(least) as f32;
     let rooms = rooms(pictures, width - (places - 1.0) * BETWEEN, places, tallest);
-    let sizes = pictures.iter().zip(&rooms).map(|(picture, &room)| {
-        let [scale, _, height] = size(picture.0, room, tallest);
-        (picture, [scale, room, height])
-    });
-    add_row(flow, &sizes.collect::<Vec<_>>());
-}
-
-fn add_row(flow: &mut Flow<'_>, row: &[Sized<'_, '_>]) {
-    let letters = CAPTION * flow.scale;
-    let highest = row.iter().map(|(_, size)| size[2]).fold(0.0, f32::max);
-    let captions: Vec<Vec<String>> = (row.iter())
-        .map(|((_, caption), size)| flow.letters.lines(caption, letters, size[1]))
+    let sizes: Vec<(f32, f32, f32)> = (pictures.iter().zip(&rooms))
+        .map(|((svg, _), &room)| size(*svg, room, tallest))
+        .collect();
+    let highest = sizes.iter().map(|size| size.2).fold(0.0, f32::max);
+    let captions: Vec<Vec<String>> = (pictures.iter().zip(&rooms))
+        .map(|((_, caption), &room)| flow.letters.lines(caption, letters, room))
         .collect();
     let lines = captions.iter().map(Vec::len).max().unwrap_or(0);
     let below = lines as f32 * letters * LEADING;
     flow.room(highest + below + 8.0);
-    let (top, mut left) = (flow.y, 0.0);
-    for (((svg, _), [scale, width, _]), caption) in row.iter().zip(&captions) {
+    let top = flow.y;
+    for (place, ((svg, _), (scale, _, _))) in pictures.iter().zip(&sizes).enumerate() {
+        let before: f32 = rooms[..place].iter().sum();
+        let left = before + place as f32 * BETWEEN;
         let frame = Frame {
             left: flow.left() + left,
             top,
@@ -142,18 +126,17 @@ fn add_row(flow: &mut Flow<'_>, row: &[Sized<'_, '_>]) {
         for element in svg.descendants().filter(Node::is_element) {
             draw(flow, element, frame);
         }
-        for (line, text) in caption.iter().enumerate() {
+        for (line, text) in captions[place].iter().enumerate() {
             let y = top + highest + (line as f32 + 1.0) * letters * LEADING;
             flow.text([left, y], letters, false, text);
         }
-        left += width + BETWEEN;
     }
     flow.y = top + highest + below + 10.0 * flow.scale;
 }
 
 /// The room of each picture in a width: what the height does not let one use, the others have, in equal shares.
 fn rooms(pictures: &[(Node<'_, '_>, String)], width: f32, places: f32, tallest: f32) -> Vec<f32> {
-    let used = |svg: &Node<'_, '_>, room: f32| size(*svg, room, tallest)[1];
+    let used = |svg: &Node<'_, '_>, room: f32| size(*svg, room, tallest).1;
     let mut rooms = vec![width / places; pictures.len()];
     let mut free: Vec<usize> = (0..pictures.len()).collect();
     let mut left = rooms.iter().sum::<f32>();
@@ -171,23 +154,18 @@ fn rooms(pictures: &[(Node<'_, '_>, String)], width: f32, places: f32, tallest: 
 }
 
 /// Scale, width and height of a picture in so much room.
-fn size(svg: Node<'_, '_>, room: f32, tallest: f32) -> [f32; 3] {
-    let [width, height] = extent(svg);
-    let scale = (room / width).min(tallest / height);
-    [scale, width * scale, height * scale]
-}
-
-/// Width and height of a picture in its own units.
-fn extent(svg: Node<'_, '_>) -> [f32; 2] {
+fn size(svg: Node<'_, '_>, room: f32, tallest: f32) -> (f32, f32, f32) {
     let view = svg.attribute("viewBox").unwrap_or_default();
     let numbers: Vec<f32> = view
         .split_whitespace()
         .filter_map(|n| n.parse().ok())
         .collect();
-    match numbers[..] {
-        [_, _, width, height] if width > 0.0 && height > 0.0 => [width, height],
-        _ => [100.0, 1.0],
-    }
+    let (width, height) = match numbers[..] {
+        [_, _, width, height] if width > 0.0 && height > 0.0 => (width, height),
+        _ => (100.0, 1.0),
+    };
+    let scale = (room / width).min(tallest / height);
+    (scale, width * scale, height * scale)
 }
 
 fn draw(flow: &mut Flow<'_>, element: Node<'_, '_>, frame: Frame) {
@@ -274,7 +252,7 @@ fn text(flow: &mut Flow<'_>, element: Node<'_, '_>, frame: Frame) {
             .attribute(name)
             .and_then(|text| text.parse::<f32>().ok())
     };
-    let size = number("font-size").unwrap_or(11.0) * frame.scale;
+    let size = (number("font-size").unwrap_or(11.0) * frame.scale).max(LEAST_LETTERS);
     let words = flow.letters.known(element.text().unwrap_or_default());
     let width = flow.letters.width(&words, size);
     let shift = match element.attribute("text-anchor") {
