@@ -1,6 +1,6 @@
 //! Bags of ROS 1, made in memory.
 
-use std::io::Write as _;
+use std::{io::Write as _, ops::ControlFlow};
 
 use tipwatch_ingest::{Format, Log, LostPart, joint_names_in};
 
@@ -97,7 +97,7 @@ fn pack(packing: &str, content: &[u8]) -> Vec<u8> {
     }
 }
 
-/// The same joint states and strings as in [`joint_log`].
+/// Returns a bag with the same joint states and strings as in [`joint_log`].
 pub(crate) fn bag(packing: &str, is_indexed: bool, message_count: usize) -> Vec<u8> {
     let connections = [
         connection(0, "/joint_states", "sensor_msgs/JointState", JOINT_STATE),
@@ -172,11 +172,15 @@ pub(crate) fn bag(packing: &str, is_indexed: bool, message_count: usize) -> Vec<
 }
 
 fn bag_header(index_position: u64, chunks: usize) -> Vec<u8> {
+    header_of(index_position, chunks, 2)
+}
+
+fn header_of(index_position: u64, chunks: usize, connections: u32) -> Vec<u8> {
     let mut bytes = b"#ROSBAG V2.0\n".to_vec();
     bytes.extend(record(
         &[
             ("chunk_count", &(chunks as u32).to_le_bytes()),
-            ("conn_count", &2_u32.to_le_bytes()),
+            ("conn_count", &connections.to_le_bytes()),
             ("index_pos", &index_position.to_le_bytes()),
             ("op", &[3]),
         ],
@@ -209,6 +213,24 @@ fn bag_gives_the_samples_of_the_mcap_file() {
             assert_eq!(losses.is_empty(), is_indexed, "{losses:?}");
             assert_eq!(losses.bytes_lost(), 0);
         }
+    }
+}
+
+#[test]
+fn a_bag_that_was_closed_without_messages_is_whole() {
+    let end = header_of(0, 0, 0).len() as u64;
+    for (position, chunks, connections, is_whole) in
+        [(end, 0, 0, true), (end, 3, 2, false), (0, 0, 0, false)]
+    {
+        let file = TempLog::new("log.bag", &header_of(position, chunks, connections));
+        let log = Log::open(&file.path).unwrap();
+        assert!(log.topics().is_empty());
+        let losses = log.read(&[], &mut |_| ControlFlow::Continue(())).unwrap();
+        assert_eq!(
+            losses.is_empty(),
+            is_whole,
+            "{position} {chunks}: {losses:?}"
+        );
     }
 }
 

@@ -25,7 +25,7 @@ struct StampedMessage {
 }
 
 impl StampedMessage {
-    /// The same with another stamp.
+    /// Returns the message with another stamp.
     fn stamped(self, stamp: i64) -> Self {
         Self { stamp, ..self }
     }
@@ -308,7 +308,7 @@ fn other_epoch_is_refused_without_usable_log_times() {
     let recordings = recorded(&log_of(&topics, false));
     assert_eq!(largest_error_ms(&recordings["/arm"], at), 0.0);
     let imu = &recordings["/imu"];
-    let refusal = imu.refusal().unwrap();
+    let refusal = imu.reading.refusal().unwrap();
     assert_eq!(refusal.kind, Kind::OtherEpoch);
     assert!(
         refusal

@@ -3,9 +3,11 @@ use std::ops::ControlFlow;
 use proptest::prelude::*;
 use tipwatch_ingest::{Log, Losses, LostPart, LostRange, SensorDecoder, SensorKind, SensorSample};
 
-use crate::support::{COMPRESSIONS, FIRST_NS, PERIOD_NS, Style, TempLog, joint_log, joint_samples};
+use crate::support::{
+    COMPRESSIONS, FIRST_NS, Mcap, PERIOD_NS, Style, TempLog, joint_log, joint_samples,
+};
 
-/// What the lost ranges name is no part of the rest that the index counts.
+/// Messages named by lost ranges do not count among the missing ones of the index.
 #[test]
 fn missing_messages_beside_lost_ranges_are_told_as_more() {
     let told = |named: u64| {
@@ -78,6 +80,68 @@ fn file_cut_anywhere_yields_what_came_before() {
             }
             assert!(counts.is_sorted(), "more bytes must not yield less");
             assert_eq!(*counts.last().unwrap(), 200);
+        }
+    }
+}
+
+/// A last message may end with zeros of its own, as the covariances of an odometry: the record ends where the file does.
+#[test]
+fn zeros_that_end_the_last_message_are_content() {
+    let style = Style {
+        chunked: false,
+        ..Style::chunked(None)
+    };
+    let mut writer = Mcap::new(style.options());
+    let topic = writer.topic("/odom", "std_msgs/msg/String", "string data\n");
+    let data = |number: u8| [&[number; 100][..], &[0; 624]].concat();
+    for number in 1..4_u8 {
+        writer.message(topic, number.into(), [u64::from(number); 2], &data(number));
+    }
+    let bytes = writer.finish();
+    let last = data(3);
+    let at = bytes.windows(last.len()).rposition(|part| part == last);
+    let file = TempLog::new("log.mcap", &bytes[..at.unwrap() + last.len()]);
+    let log = Log::open(&file.path).unwrap();
+    let mut found = Vec::new();
+    let losses = log.read(&[log.topics()[0].id], &mut |message| {
+        found.push(message.data.to_vec());
+        ControlFlow::Continue(())
+    });
+    assert_eq!(found, [1, 2, 3].map(data));
+    assert_eq!(losses.unwrap().bytes_lost(), 0);
+}
+
+/// After a loss of power, zeros or erased bytes stand behind what was written: they complete no message.
+#[test]
+fn bytes_that_were_never_written_are_no_content() {
+    let filled = |bytes: &[u8], fill: u8| [bytes, &[fill; 5000]].concat();
+    for compression in COMPRESSIONS {
+        for chunked in [true, false] {
+            let style = Style {
+                chunked,
+                ..Style::chunked(compression)
+            };
+            let bytes = joint_log(&style, 200);
+            let ends = (1000..bytes.len()).step_by(331);
+            for (end, fill) in ends.zip([0, 0xff].into_iter().cycle()) {
+                let cut = &bytes[..end];
+                if !cut.ends_with(&[fill]) {
+                    assert_eq!(read_all(&filled(cut, fill)), read_all(cut), "cut at {end}");
+                }
+            }
+            let file = TempLog::new("log.mcap", &filled(&bytes, 0));
+            let (samples, losses) = joint_samples(&file.path);
+            assert_eq!(
+                (samples.len(), losses.is_empty()),
+                (200, true),
+                "{losses:?}"
+            );
+            assert!(
+                losses
+                    .notes
+                    .iter()
+                    .any(|note| note.contains("5000 bytes at the end"))
+            );
         }
     }
 }

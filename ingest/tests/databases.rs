@@ -73,6 +73,35 @@ fn journal_beside_a_database_is_applied_to_a_copy() {
 }
 
 #[test]
+fn a_journal_beside_a_compressed_database_is_applied() {
+    for packed_journal in [true, false] {
+        let file = copied_while_open("WAL", "-wal");
+        let pack = |name: &str| {
+            let path = file.folder().join(name);
+            let packed = zstd::encode_all(&*std::fs::read(&path).unwrap(), 1).unwrap();
+            std::fs::write(file.folder().join(format!("{name}.zst")), packed).unwrap();
+            std::fs::remove_file(&path).unwrap();
+        };
+        pack("crashed_0.db3");
+        if packed_journal {
+            pack("crashed_0.db3-wal");
+        }
+        let (samples, losses) = joint_samples(&file.folder().join("crashed_0.db3.zst"));
+        assert_eq!(samples.len(), 200, "{losses:?}");
+        assert!(losses.is_empty(), "{losses:?}");
+    }
+    // without one, messages may be missing
+    let file = copied_while_open("WAL", "-wal");
+    let packed = zstd::encode_all(&*std::fs::read(&file.path).unwrap(), 1).unwrap();
+    let alone = TempLog::new("crashed_0.db3.zst", &packed);
+    let (_, losses) = joint_samples(&alone.path);
+    assert!(
+        losses.notes.iter().any(|note| note.contains("-wal")),
+        "{losses:?}"
+    );
+}
+
+#[test]
 fn missing_write_ahead_log_is_told() {
     let asks = |path: &Path| {
         let (_, losses) = joint_samples(path);

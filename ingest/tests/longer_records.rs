@@ -6,7 +6,7 @@ use tipwatch_ingest::{Log, metadata_records, recover};
 
 use crate::support::TempLog;
 
-/// What the summary of a file holds.
+/// Content of the summary of a file.
 #[derive(Clone, Copy, PartialEq)]
 enum Summary {
     None,

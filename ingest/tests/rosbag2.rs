@@ -136,6 +136,64 @@ fn truncated_database_yields_its_beginning() {
     assert!(readable > 1000, "{readable}");
 }
 
+/// The end of a file that is cut is not taken for that of messages, and zeros behind it are none of them.
+#[test]
+fn messages_that_end_with_zeros_are_read_from_a_truncated_database() {
+    let data: Vec<Vec<u8>> = (0..400)
+        .map(|index| [&[index as u8 | 1; 200][..], &[0; 300]].concat())
+        .collect();
+    let messages: Vec<(usize, i64, &[u8])> = (data.iter().enumerate())
+        .map(|(index, data)| (0, index as i64, data.as_slice()))
+        .collect();
+    let file = database(&[JOINTS], &messages, false);
+    let bytes = std::fs::read(&file.path).unwrap();
+    let page = bytes.len() / 4096 * 3 / 4 * 4096;
+    for (end, zeros) in [
+        (0, 0),
+        (700, 0),
+        (3000, 0),
+        (3000, 100_000),
+        (4000, 100_000),
+    ] {
+        let cut = [&bytes[..page + end], &vec![0; zeros]].concat();
+        let file = TempLog::new("cut.db3", &cut);
+        let log = Log::open(&file.path).unwrap();
+        let mut found = 0;
+        let losses = log.read(&[log.topics()[0].id], &mut |message| {
+            assert_eq!(
+                message.data, data[message.log_time_ns as usize],
+                "cut at {end}"
+            );
+            found += 1;
+            std::ops::ControlFlow::Continue(())
+        });
+        assert!(found > 250, "cut at {end}: {found}");
+        assert!(!losses.unwrap().is_empty());
+    }
+}
+
+/// The last page of a message of zeros is a page of zeros: six of them at the end were taken for a loss of power.
+#[test]
+fn pages_of_zeros_that_belong_to_messages_are_no_cut() {
+    let data: Vec<Vec<u8>> = (1..7_u8)
+        .map(|value| [&[value; 100][..], &[0; 4500]].concat())
+        .collect();
+    let messages: Vec<(usize, i64, &[u8])> = (data.iter().enumerate())
+        .map(|(index, data)| (0, index as i64, data.as_slice()))
+        .collect();
+    let file = database(&[JOINTS], &messages, false);
+    assert!(std::fs::read(&file.path).unwrap().ends_with(&[0; 6 * 4096]));
+    let log = Log::open(&file.path).unwrap();
+    let mut found = 0;
+    let losses = log.read(&[log.topics()[0].id], &mut |message| {
+        assert_eq!(message.data, data[message.log_time_ns as usize]);
+        found += 1;
+        std::ops::ControlFlow::Continue(())
+    });
+    let losses = losses.unwrap();
+    assert_eq!((found, losses.ranges.len()), (6, 0), "{losses:?}");
+}
+
 #[test]
 fn changed_bytes_of_a_database_never_panic() {
     let messages = joint_messages(0, 200);
@@ -268,6 +326,90 @@ fn split_mcap_files_share_their_topics() {
     assert_eq!((log.topics().len(), log.files().len()), (2, 2));
     assert_eq!(log.topics()[0].message_count, Some(200));
     assert_eq!(joint_samples(folder.path()).0.len(), 200);
+}
+
+#[test]
+fn parts_that_were_compressed_afterwards_or_are_missing_are_found_by_their_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let part = |number: usize| {
+        let bytes = joint_log(&Style::chunked(None), 100);
+        let packed = zstd::encode_all(&*bytes, 1).unwrap();
+        std::fs::write(folder.path().join(format!("log_{number}.mcap.zst")), packed).unwrap();
+    };
+    // a recorder that keeps the last parts only has deleted the others
+    part(3);
+    part(4);
+    let (samples, losses) = joint_samples(folder.path());
+    assert_eq!(
+        (samples.len(), losses.is_empty()),
+        (200, true),
+        "{losses:?}"
+    );
+    part(8);
+    let (samples, losses) = joint_samples(folder.path());
+    assert_eq!((samples.len(), losses.ranges.len()), (300, 1), "{losses:?}");
+    assert_eq!(losses.ranges[0].part, LostPart::File);
+    assert!(
+        losses.ranges[0].reason.contains(": 3 after log_4"),
+        "{losses:?}"
+    );
+    assert!(!losses.end_is_lost(), "{losses:?}");
+    let metadata = "rosbag2_bagfile_information:\n  relative_file_paths:\n    - log_4.mcap\n    - log_8.mcap\n    - log_3.mcap\n";
+    std::fs::write(folder.path().join("metadata.yaml"), metadata).unwrap();
+    let (samples, losses) = joint_samples(folder.path());
+    assert_eq!(
+        (samples.len(), losses.is_empty()),
+        (300, true),
+        "{losses:?}"
+    );
+}
+
+/// A part beside its own packed copy was read twice.
+#[test]
+fn a_part_and_its_packed_copy_are_one_part() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = joint_log(&Style::chunked(None), 100);
+    for number in 0..2 {
+        let name = format!("log_{number}.mcap");
+        std::fs::write(folder.path().join(&name), &bytes).unwrap();
+        let packed = zstd::encode_all(&*bytes, 1).unwrap();
+        std::fs::write(folder.path().join(name + ".zst"), packed).unwrap();
+    }
+    for listed in ["", "log_0.mcap.zst", "log_0.mcap"] {
+        let metadata =
+            format!("rosbag2_bagfile_information:\n  relative_file_paths:\n    - {listed}\n");
+        if !listed.is_empty() {
+            std::fs::write(folder.path().join("metadata.yaml"), metadata).unwrap();
+        }
+        assert_eq!(
+            Log::open(folder.path()).unwrap().files().len(),
+            2,
+            "{listed}"
+        );
+        assert_eq!(joint_samples(folder.path()).0.len(), 200, "{listed}");
+    }
+}
+
+/// A part whose beginning is damaged was told as missing, and the gap before a much larger number not at all.
+#[test]
+fn a_part_that_is_no_log_is_lost_with_its_size() {
+    let folder = tempfile::tempdir().unwrap();
+    for number in [0, 2, 40] {
+        let bytes = joint_log(&Style::chunked(None), 100);
+        std::fs::write(folder.path().join(format!("log_{number}.mcap")), bytes).unwrap();
+    }
+    let damaged = folder.path().join("log_1.mcap");
+    std::fs::write(&damaged, [0; 5000]).unwrap();
+    let (samples, losses) = joint_samples(folder.path());
+    assert_eq!(samples.len(), 300);
+    let [first, second] = losses.ranges.as_slice() else {
+        panic!("{losses:?}")
+    };
+    assert_eq!((&first.file, first.end_byte), (&damaged, 5000));
+    assert!(second.file.ends_with("log_40.mcap"), "{second:?}");
+    assert!(second.reason.contains(": 37 after log_2"), "{second:?}");
+    // the parts have the same times, so that those of each go back
+    assert!(second.first_time_ns < second.last_time_ns, "{second:?}");
 }
 
 #[test]

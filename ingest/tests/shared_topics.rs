@@ -1,4 +1,4 @@
-//! Publishers that share a topic, and what a log says twice.
+//! Publishers that share a topic, and contents that a log records twice.
 
 use mcap::WriteOptions;
 use tipwatch_ingest::{

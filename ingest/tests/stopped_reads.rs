@@ -20,7 +20,7 @@ fn mcap_file() -> Vec<u8> {
     writer.finish()
 }
 
-/// Everything that a read says, stopped after so many messages.
+/// Everything that a read returns, stopped after so many messages.
 fn said(log: &Log, messages: u32) -> String {
     let mut said = Vec::new();
     let losses = log.read(&[log.topics()[0].id], &mut |message| {

@@ -170,7 +170,7 @@ impl Style {
         }
     }
 
-    fn options(&self) -> WriteOptions {
+    pub(crate) fn options(&self) -> WriteOptions {
         WriteOptions::new()
             .compression(self.compression)
             .compression_threads(0)

@@ -180,6 +180,18 @@ fn broken_rows_are_lost_with_their_bytes() {
     );
 }
 
+#[test]
+fn a_block_of_zeros_in_a_table_costs_one_row_and_few_words() {
+    let text = format!("time_s,x\n1,1\n{}2,2\n3,3\n", "\0".repeat(4096));
+    let file = csv(&text);
+    let log = Log::open(&file.path).unwrap();
+    assert_eq!(field(&log, "x").1, [1.0, 3.0]);
+    let [lost] = log.losses().ranges.as_slice() else {
+        panic!("{:?}", log.losses());
+    };
+    assert!(lost.reason.len() < 200, "{}", lost.reason);
+}
+
 /// A column with values that may be missing.
 enum Column {
     Boolean(Vec<Option<bool>>),
@@ -299,6 +311,21 @@ fn thirty() -> Vec<u8> {
 }
 
 #[test]
+fn times_that_are_too_coarse_for_the_rows_are_told() {
+    let rows = |per_second: usize| -> String {
+        let row = |row: usize| format!("2023-11-14 22:13:{:02},{row}\n", row / per_second);
+        (0..20).map(row).collect()
+    };
+    for (per_second, is_coarse) in [(1, false), (10, true)] {
+        let file = csv(&format!("time,x\n{}", rows(per_second)));
+        let log = Log::open(&file.path).unwrap();
+        let notes = &log.losses().notes;
+        let is_told = notes.iter().any(|note| note.contains("18 of 20 rows"));
+        assert_eq!(is_told, is_coarse, "{notes:?}");
+    }
+}
+
+#[test]
 fn parquet_files_are_read() {
     let file = TempLog::new("table", &thirty());
     let log = Log::open(&file.path).unwrap();
@@ -345,6 +372,138 @@ fn parquet_files_are_read() {
         error.contains("no column of time") && error.contains("found \"x\""),
         "{error}"
     );
+}
+
+#[test]
+fn times_of_parquet_are_texts_dates_and_times_of_day_too() {
+    const FIRST_NS: i64 = 1_700_000_000_500_000_000;
+    let rows = |time: Vec<(&'static str, Column)>| {
+        let x = Column::Double(vec![Some(1.0), Some(2.0)]);
+        let columns: Vec<_> = std::iter::once(("x", x)).chain(time).collect();
+        TempLog::new("table", &parquet(&columns))
+    };
+    let text = |first, second| Column::Text(vec![Some(first), Some(second)]);
+    let of_day = |unit, factor: i64| {
+        let times = [80_000_500, 80_000_520].map(|time_ms: i64| Some(time_ms * factor));
+        Column::Whole64(times.to_vec(), Some(LogicalType::time(false, unit)))
+    };
+    let day = || Column::Whole32(vec![Some(19_675); 2], Some(LogicalType::Date));
+    let cases = [
+        (
+            vec![(
+                "time",
+                text("2023-11-14T22:13:20.5Z", "2023-11-14T22:13:20.52Z"),
+            )],
+            false,
+        ),
+        (
+            vec![(
+                "time",
+                text("2023-11-14 23:13:20.5 CET", "2023-11-15 00:13:20.52 CEST"),
+            )],
+            false,
+        ),
+        (
+            vec![(
+                "Zeit",
+                text("14.11.2023 22:13:20,500", "14.11.2023 22:13:20,520"),
+            )],
+            true,
+        ),
+        (
+            vec![("timestamp", text("1700000000.5", "1700000000.52"))],
+            false,
+        ),
+        (
+            vec![("date", day()), ("time", of_day(ColumnUnit::MICROS, 1000))],
+            true,
+        ),
+        (
+            vec![
+                ("date", text("14.11.2023", "14.11.2023")),
+                ("time", of_day(ColumnUnit::NANOS, 1_000_000)),
+            ],
+            true,
+        ),
+    ];
+    for (time, lacks_zone) in cases {
+        let file = rows(time);
+        let (times, _, notes) = field(&Log::open(&file.path).unwrap(), "x");
+        assert_eq!(times, [FIRST_NS, FIRST_NS + 20_000_000], "{notes:?}");
+        let is_told = notes.iter().any(|note| note.contains("UTC is assumed"));
+        assert_eq!(is_told, lacks_zone, "{notes:?}");
+    }
+    // over midnight
+    let times = [80_000_500_000_000, 500_000_000].map(Some).to_vec();
+    let time = Column::Whole64(times, Some(LogicalType::time(false, ColumnUnit::NANOS)));
+    let file = rows(vec![("time", time)]);
+    let (times, ..) = field(&Log::open(&file.path).unwrap(), "x");
+    assert_eq!(times, [80_000_500_000_000, 86_400_500_000_000]);
+    for (time, expected) in [
+        (vec![("date", day())], "without a time of day"),
+        (
+            vec![(
+                "time",
+                text("2023-11-14 22:13:20 IST", "2023-11-14 22:13:21 IST"),
+            )],
+            "\"IST\"",
+        ),
+    ] {
+        let error = Log::open(&rows(time).path).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
+}
+
+/// Beside a date, 1000 ms were ten o'clock, and one readable row of many was enough.
+#[test]
+fn a_count_beside_a_date_is_no_time_of_day() {
+    let day = || Column::Whole32(vec![Some(19_675); 2], Some(LogicalType::Date));
+    let text = || Column::Text(vec![Some("2023-11-14"); 2]);
+    let count = || Column::Whole64(vec![Some(1000), Some(1020)], None);
+    for date in [day(), text()] {
+        let file = TempLog::new(
+            "table",
+            &parquet(&[("elapsed_ms", count()), ("date", date), ("x", count())]),
+        );
+        let (times, ..) = field(&Log::open(&file.path).unwrap(), "x");
+        assert_eq!(times, [1_000_000_000, 1_020_000_000]);
+    }
+    let mut rows = "date,time_s,recordtime,x\n2023-11-14,1,22:13:20,1\n".to_owned();
+    for row in 2..6 {
+        rows += &format!("2023-11-14,{row},by hand,{row}\n");
+    }
+    let file = csv(&rows);
+    let (times, ..) = field(&Log::open(&file.path).unwrap(), "x");
+    assert_eq!(times[1], 2_000_000_000);
+}
+
+/// A text that is no time was a row without a time: a remark, and no loss.
+#[test]
+fn a_text_of_parquet_that_is_no_time_is_a_lost_row() {
+    let texts = vec![
+        Some("2023-11-14 22:13:20"),
+        None,
+        Some("power failure"),
+        Some("2023-11-14 22:13:21"),
+    ];
+    let x = Column::Double((0..4_i16).map(|row| Some(row.into())).collect());
+    let bytes = parquet(&[("x", x), ("time", Column::Text(texts))]);
+    let file = TempLog::new("table", &bytes);
+    let log = Log::open(&file.path).unwrap();
+    assert_eq!(field(&log, "x").1, [0.0, 3.0]);
+    let [lost] = log.losses().ranges.as_slice() else {
+        panic!("{:?}", log.losses());
+    };
+    assert_eq!(
+        (lost.part, lost.message_count),
+        (LostPart::Records, Some(1))
+    );
+    let span_ns = lost.first_time_ns.zip(lost.last_time_ns);
+    assert_eq!(
+        span_ns.map(|(first, last)| last - first),
+        Some(1_000_000_000)
+    );
+    assert!(lost.reason.contains("power failure"), "{lost:?}");
 }
 
 #[test]
@@ -438,7 +597,7 @@ fn repeated_values_are_not_numbers_and_lose_no_row() {
 #[test]
 fn damaged_parquet_files_give_their_intact_row_groups() {
     let bytes = thirty();
-    let mut fewer = 0;
+    let (mut fewer, mut in_the_middle) = (0, 0);
     for at in (4..bytes.len()).step_by(37) {
         let mut damaged = bytes.clone();
         damaged[at] ^= 0xff;
@@ -449,13 +608,17 @@ fn damaged_parquet_files_give_their_intact_row_groups() {
         let rows = log.topics()[0].message_count.unwrap();
         if rows < 30 {
             fewer += 1;
+            let last = log.span_ns().map(|(_, last)| last);
+            let is_last = last == Some(1_700_000_000_000_000_000 + 29 * 20_000_000);
+            in_the_middle += u32::from(is_last && !log.losses().is_empty());
+            assert!(!is_last || !log.losses().end_is_lost(), "byte {at}");
             assert!(
                 !log.losses().is_empty() || !log.losses().notes.is_empty(),
                 "byte {at}"
             );
         }
     }
-    assert!(fewer > 0);
+    assert!(fewer > 0 && in_the_middle > 0);
     let file = TempLog::new("table", &bytes[..bytes.len() - 20]);
     let error = Log::open(&file.path).unwrap_err().to_string();
     assert!(error.contains("damaged"), "{error}");

@@ -48,7 +48,7 @@ impl Random {
 struct Original {
     name: &'static str,
     bytes: Vec<u8>,
-    /// What must be intact for a message to be read: a chunk or the message itself.
+    /// Bytes that must be intact for a message to be read: its chunk or the message itself.
     messages: BTreeMap<Key, Range<usize>>,
     /// Bytes without which nothing is readable.
     vital: Vec<Range<usize>>,
@@ -95,7 +95,7 @@ fn last_position(bytes: &[u8], part: &[u8]) -> usize {
         .unwrap()
 }
 
-/// For formats that store messages literally.
+/// Prepares a log of a format that stores messages literally.
 fn plain(name: &'static str, bytes: Vec<u8>, before: usize, vital: Vec<Range<usize>>) -> Original {
     let messages = messages_of(&bytes)
         .into_iter()
@@ -228,7 +228,7 @@ fn originals() -> Vec<Vec<Original>> {
     ]
 }
 
-/// In a database a message is lost with its page.
+/// Prepares a database, in which a message is lost with its page.
 fn database_pages(bytes: Vec<u8>) -> Original {
     const PAGE: usize = 4096;
     let mut original = plain("db3", bytes, 0, vec![0..3 * PAGE]);

@@ -42,7 +42,7 @@ use self::{
     readers::{BARE, BLOCKS, PEER, READERS},
 };
 
-/// As in the `tipwatch` program.
+/// Allocator of the `tipwatch` program.
 #[global_allocator]
 static ALLOCATOR: Allocator = Allocator;
 

@@ -14,7 +14,7 @@ use crate::{
 
 pub(crate) type Reader = fn(&Path) -> u64;
 
-/// By name; the second is the baseline.
+/// Readers by name; the second is the baseline.
 pub(crate) const READERS: [(&str, Reader); 10] = [
     (BARE, decompress_on_all_cores),
     ("mcap crate, stream, no CRC", crate_stream),
@@ -28,9 +28,9 @@ pub(crate) const READERS: [(&str, Reader); 10] = [
     ("record_sensors", columns),
 ];
 pub(crate) const PEER: usize = 1;
-/// What no reader can be faster than.
+/// Name of the row that bounds all readers: decompression alone, which no reader can be faster than.
 pub(crate) const BARE: &str = "bare decompressor, all cores";
-/// As the analysis takes them.
+/// Name of the reader in blocks, as the analysis takes the samples.
 pub(crate) const BLOCKS: &str = "sensors in blocks";
 
 /// The bytes of all messages.

@@ -12,9 +12,9 @@ use crate::number_signals::number_request;
 /// The actuator force signals in a log.
 #[derive(Debug, Default)]
 pub(crate) struct FoundActuators {
-    /// For [`Sensors::actuators`](tipwatch_mechanics::state::Sensors::actuators).
+    /// Value of [`Sensors::actuators`](tipwatch_mechanics::state::Sensors::actuators).
     pub(crate) signals: Vec<ActuatorSignal>,
-    /// What to read, in the same order.
+    /// Requests for the sensors, in the same order.
     pub(crate) sensors: Vec<BoundSensor>,
     /// Bound signals missing from the log, as sentences.
     pub(crate) notes: Vec<String>,
@@ -63,7 +63,7 @@ pub(crate) fn find(
     Ok(found)
 }
 
-/// What a measured force is of, and its numbers in the log.
+/// A measured force: the linkage or joint it acts on, and the fields of the log that measure it.
 struct Bound<'s> {
     of: String,
     /// The fields of [`ActuatedJoint::signals`](tipwatch_mechanics::machine::ActuatedJoint), in order, each with its

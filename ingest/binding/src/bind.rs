@@ -1,4 +1,4 @@
-//! Binds a machine to a log: finds the topics, checks the machine, determines what to read.
+//! Binds a machine to a log: finds the topics, checks the machine, determines the requests.
 
 use std::ops::ControlFlow;
 
@@ -209,8 +209,8 @@ fn other_joints(streams: &[FoundJoints<'_>]) -> Option<String> {
     })
 }
 
-/// What is worth telling about the robot descriptions of a log: of the last one, which is the URDF, that others came before it;
-/// otherwise that it is that of another machine: a wrong machine file, or masses that were corrected.
+/// Returns the note on the robot descriptions of a log: that earlier ones differ where the last one is the URDF in use, or else
+/// that the last one is of another machine than the URDF in use (a wrong machine file, or corrected masses).
 fn about_descriptions(
     log: &Log,
     spec: &MachineSpec,
@@ -265,7 +265,7 @@ fn several(earlier: &[RobotDescription], last: &RobotDescription) -> Option<Stri
     })
 }
 
-/// Nothing tells when rows are to be computed.
+/// Returns the error for a log without a signal that determines when rows are computed.
 fn no_rows(log: &Log, streams: &[FoundJoints<'_>]) -> BindError {
     let joints: Vec<&str> = (streams.iter())
         .flat_map(|stream| stream.joints.iter().map(String::as_str))

@@ -13,12 +13,11 @@ pub struct BoundLog {
     pub machine: Machine,
     /// Its sensors, in the form that the estimators use.
     pub matched: MatchedSensors,
-    /// What to read for each sensor, in the order of
+    /// Request of each sensor, in the order of
     /// [`Sensors::iter`](tipwatch_mechanics::state::Sensors::iter).
     pub sensors: Vec<BoundSensor>,
-    /// What to read for each signal from which the state is not estimated, but for those that are missing from the log: those that
-    /// tell which supports are on the ground, then the load sensors and the
-    /// rates that are asked of joints.
+    /// Requests of the signals from which the state is not estimated, without those missing from the log: first the signals that
+    /// tell which supports are on the ground, then the load sensors and the commanded joint rates.
     pub beside: Vec<BoundSensor>,
     /// All topics found, used or not.
     pub topics: SensorTopics,
@@ -29,7 +28,7 @@ pub struct BoundLog {
 }
 
 impl BoundLog {
-    /// The sensors, then what is beside them.
+    /// Returns the sensors, then the signals beside them.
     pub fn all(&self) -> impl Iterator<Item = &BoundSensor> {
         self.sensors.iter().chain(&self.beside)
     }
@@ -40,8 +39,8 @@ impl BoundLog {
 pub struct BoundSensor {
     /// The sensor of the machine.
     pub sensor: Sensor,
-    /// What to read.
+    /// Request that reads the sensor.
     pub request: SensorRequest,
-    /// Why this topic was chosen.
+    /// Reason why this topic was chosen.
     pub why: String,
 }

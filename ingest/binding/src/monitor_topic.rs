@@ -23,29 +23,30 @@ pub const FIELDS: [&str; 4] = ["event", "faults", "cautions", "acknowledged"];
 /// The fields that tell of the latched alarm with which the session began: its level (0: none), and
 /// whether it had been acknowledged. Earlier recordings lack them.
 pub const INHERITED_FIELDS: [&str; 2] = ["inherited_alarm", "inherited_acknowledged"];
-/// The field that tells whether the sensors were contradicted in a session before. Earlier recordings lack it.
+/// Field that states whether the sensors were contradicted in a session before. Earlier recordings lack it.
 pub const CONTRADICTED_FIELD: &str = "inherited_contradiction";
 /// The fields of the verdicts that tell which signals somebody trusts again since the row before: the lower and the upper half
 /// of the bits, which a number holds exactly only so. Earlier recordings lack them and the next.
 pub const ACKNOWLEDGED_SIGNALS_FIELDS: [&str; 2] =
     ["acknowledged_signals_low", "acknowledged_signals_high"];
-/// The field of the verdicts that tells which signals are doubted since they failed visibly, as bits.
+/// Field of the verdicts with the signals that are doubted since they failed visibly, as bits.
 pub const DOUBTED_FIELD: &str = "doubted";
-/// Name of the topic on which the monitor tells what it is, and what its session begins with.
+/// Name of the topic on which the monitor describes itself and the state with which its session begins.
 pub const PROGRAM: &str = "/tipwatch/program";
 /// Type of its messages.
 pub const PROGRAM_TYPE_NAME: &str = "tipwatch_msgs/msg/Program";
-/// The field that tells how many signals the session begins by doubting. Earlier recordings lack it and the following ones.
+/// Field with the number of signals that the session begins by doubting. Earlier recordings lack it and the following ones.
 pub const DOUBTED_COUNT_FIELD: &str = "doubted_count";
-/// The lists of that many numbers: which signals these are, by how much each is off, and what of that may be motion.
+/// Lists of that many numbers: the signals, the size of the error of each, and the part of the error that motion may explain.
 pub const DOUBTED_FIELDS: [&str; 3] = ["doubted_signals", "doubted_by", "doubted_moved"];
-/// The field that tells how many joints have a known position of a session before. Earlier recordings lack it and the following ones.
+/// Field with the number of joints that have a known position of a session before. Earlier recordings lack it and the following
+/// ones.
 pub const KNOWN_COUNT_FIELD: &str = "known_count";
 /// The lists of that many numbers: which joints these are, when they were there (us), and where.
 pub const KNOWN_FIELDS: [&str; 3] = ["known_joints", "known_stamps_us", "known_positions"];
 /// Value of `event` for a verdict on a row, see [`FIELDS`].
 pub const EVENT_ROW: u32 = 1;
-/// Name of the topic on which the recorder reports what it missed.
+/// Name of the topic on which the recorder reports missed messages.
 pub const GAPS: &str = "/tipwatch/record_gap";
 /// Type of its messages.
 pub const GAPS_TYPE_NAME: &str = "tipwatch_msgs/msg/RecordGap";
@@ -94,7 +95,7 @@ pub fn support_load(support: &str) -> String {
     format!("/support/{support}/load")
 }
 
-/// Topic of the signal that tells whether supports are set or raised, by the first of them.
+/// Returns the topic of the signal that shows whether supports are set or raised, by the first of them.
 #[must_use]
 pub fn switch(support: &str) -> String {
     format!("/support/{support}/switch")
@@ -106,7 +107,7 @@ pub fn load_sensor(name: &str) -> String {
     format!("/load_sensor/{name}")
 }
 
-/// Topic of the rate that is asked of a joint (rad/s or m/s).
+/// Returns the topic of the commanded rate of a joint (rad/s or m/s).
 #[must_use]
 pub fn joint_command(joint: &str) -> String {
     format!("/joint_command/{joint}")
@@ -202,7 +203,7 @@ pub fn inherited_doubts(log: &Log) -> Result<Vec<SignalDoubt>, Error> {
     Ok(doubts.collect())
 }
 
-/// Where joints were in a session before; the same holds as of [`inherited_doubts`].
+/// Reads the positions of joints in a session before; the same holds as of [`inherited_doubts`].
 ///
 /// # Errors
 /// The log cannot be read.
@@ -216,7 +217,8 @@ pub fn inherited_positions(log: &Log) -> Result<Vec<KnownPosition>, Error> {
     Ok(positions.collect())
 }
 
-/// What stands in lists of numbers side by side, as the first run of the monitor tells it.
+/// Returns the rows of three parallel lists of numbers, as the monitor first recorded them; `count` is the field with their
+/// length.
 fn first_lists(log: &Log, count: &str, lists: [&str; 3]) -> Result<Vec<[f64; 3]>, Error> {
     let counts = match has_fields(log, PROGRAM, &[count]) {
         true => columns(log, PROGRAM, PROGRAM_TYPE_NAME, [count])?,
@@ -349,7 +351,7 @@ pub fn bound<'s>(log: &Log, spec: &'s MachineSpec) -> Cow<'s, MachineSpec> {
     Cow::Owned(bound)
 }
 
-/// The joints of which a controller asks for a rate, without what the recorder's joint states hold.
+/// Returns the joints with commanded rates, without the fields that the recorder's joint states hold.
 fn commands_alone(signals: &SignalsSpec) -> BTreeMap<String, JointFields> {
     let joints = signals.joints.iter().filter_map(|(name, fields)| {
         let alone = JointFields {

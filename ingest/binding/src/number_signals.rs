@@ -49,7 +49,7 @@ pub fn number_field(spec: &FieldSpec, list: &str) -> NumberField {
     }
 }
 
-/// What to read for a number by itself.
+/// Returns the request for the number in a field.
 ///
 /// # Errors
 /// Its topic is not in the log.

@@ -20,7 +20,7 @@ pub(crate) struct FoundJoints<'f> {
     pub(crate) topic: &'f Topic,
     pub(crate) joints: Vec<String>,
     pub(crate) source: JointSource<'f>,
-    /// How many messages have them, as far as known.
+    /// Number of messages that have the joints, if known.
     message_count: Option<u64>,
 }
 

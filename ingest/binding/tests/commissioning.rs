@@ -51,7 +51,7 @@ fn read(log: &Path, machine: &Path) -> Drive {
     }
 }
 
-/// What an edit of a sample knows.
+/// Context of an edit of a sample.
 struct At<'a> {
     drive: &'a Drive,
     /// Seconds since the first sample.
@@ -159,6 +159,44 @@ fn a_good_drive_proves_everything() {
             "{item:?}"
         );
     }
+}
+
+/// Nothing is said of positions that the drive has not shown.
+// requirement: TW-VERDICT-28
+#[test]
+fn joints_are_proven_where_they_moved_alone() {
+    let found = assessed(&STEERED, &mut |_, _, _| true);
+    let range = |key: &str| item(&found, key).range;
+    // it turns by 25 degrees to both sides
+    let top = 25_f64.to_radians();
+    let [least, greatest] = range("joint.slew.scale").unwrap();
+    assert!((least + top).abs() < 0.03 && (greatest - top).abs() < 0.03);
+    assert_eq!(range("joint.slew.sign"), range("joint.slew.scale"));
+    let [right, left] = range("joint.steer_fl.steering").unwrap();
+    assert!(right < -0.1 && left > 0.1, "{right} {left}");
+    for key in ["joint.slew.velocity", "imu.mounting.up"] {
+        assert_eq!(range(key), None, "{key}");
+    }
+    let half = assessed(&STEERED, &mut |at, sensor, values| {
+        !matches!(sensor, Sensor::Joints(_)) || values[at.column("slew")] > -0.05
+    });
+    let shown = item(&half, "joint.slew.scale").range;
+    assert!(
+        shown.is_none_or(|[least, _]| least > -0.06),
+        "{shown:?}\n{}",
+        told(&half)
+    );
+    // a person has seen all that was recorded
+    let mut recording = Recording::new(&STEERED.sensors);
+    for (sensor, stamp_ns, values) in STEERED.samples.iter().take(400) {
+        let _ = recording.push(&Sample::new(*sensor, *stamp_ns, values));
+    }
+    let answers: Answers = [("joint.slew.scale".to_owned(), true)].into();
+    let confirmed = assess(&STEERED.machine, &STEERED.sensors, &recording, &answers);
+    let confirmed = item(&confirmed, "joint.slew.scale");
+    assert_eq!(confirmed.status, Status::Confirmed);
+    let [least, greatest] = confirmed.range.unwrap();
+    assert!(greatest - least < 0.1, "it stood: {least} {greatest}");
 }
 
 #[test]

@@ -25,17 +25,17 @@ pub(crate) fn find(bytes: &[u8], part: &[u8]) -> Option<usize> {
     bytes.windows(part.len()).position(|window| window == part)
 }
 
-/// Where a number is in the data of a frame: consecutive bytes, from the byte of lowest value to that of highest,
-/// and the bits of it. Prepared once for every signal.
+/// Position of a number in the data of a frame: consecutive bytes, from the byte of lowest value to that of highest, and the bits
+/// of these. Prepared once for every signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct BitRange {
     /// The first of the bytes.
     first_byte: usize,
-    /// Up to nine.
+    /// Number of bytes, up to nine.
     byte_count: usize,
-    /// How many bits of the lowest byte lie below the number.
+    /// Number of bits of the lowest byte below the number.
     shift: u32,
-    /// Up to 64.
+    /// Number of bits, up to 64.
     pub(crate) bit_count: u32,
     is_big_endian: bool,
 }
@@ -107,7 +107,7 @@ impl BitRange {
         Some((number >> self.shift) as u64 & self.all_ones())
     }
 
-    /// The largest number of so many bits.
+    /// Returns the largest number with the bits of this range.
     #[inline]
     pub(crate) fn all_ones(self) -> u64 {
         u64::MAX >> (64 - self.bit_count)
@@ -127,7 +127,7 @@ mod tests {
 
     use super::*;
 
-    /// Bit by bit, as the DBC format describes it.
+    /// Reads a number bit by bit, as the DBC format describes it.
     fn bit_by_bit(data: &[u8], start: usize, count: u32, is_big_endian: bool) -> Option<u64> {
         let bit = |at: usize| Some(u64::from(data.get(at / 8)? >> (at % 8) & 1));
         let mut number = 0;

@@ -1,4 +1,4 @@
-//! From frames to signals.
+//! Decoding of frames to signals.
 
 use std::collections::HashMap;
 
@@ -165,7 +165,7 @@ impl Decoder {
         self.selected.iter().map(|selected| &selected.selection)
     }
 
-    /// What did not become numbers, by selection.
+    /// Returns the counts of values and frames that did not become numbers, for a selection.
     #[must_use]
     pub fn tally(&self, selection: usize) -> Option<Tally> {
         let selected = self.selected.get(selection)?;
@@ -205,7 +205,7 @@ impl Selected {
         }
     }
 
-    /// Whether the data gave values.
+    /// Decodes data of the message; returns whether they gave values.
     fn decode(
         &mut self,
         data: &[u8],
@@ -233,7 +233,7 @@ impl Selected {
         true
     }
 
-    /// Whether the counter is that of the last frame.
+    /// Whether the counter stands still since the last frame, though it has counted before: the frame is a repetition.
     fn stands_still(&mut self, data: &[u8]) -> bool {
         let signals = &self.selection.message.signals;
         let raw = |index: Option<usize>| signals.get(index?)?.bits.read(data);

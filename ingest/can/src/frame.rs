@@ -10,7 +10,7 @@ pub const MOST_DATA_BYTES: usize = 64;
 pub struct CanId {
     /// The 11 or 29 bits.
     pub raw: u32,
-    /// Whether it has 29 bits.
+    /// Whether the identifier has 29 bits.
     pub is_extended: bool,
 }
 
@@ -34,13 +34,13 @@ impl CanId {
     }
 }
 
-/// What a frame is.
+/// Kind of a frame.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum FrameKind {
-    /// It carries data.
+    /// A frame with data.
     #[default]
     Data,
-    /// It asks for data.
+    /// A request for data.
     Remote,
     /// The controller reports an error on the bus.
     Error,
@@ -49,15 +49,15 @@ pub enum FrameKind {
 /// A frame of CAN or CAN FD.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Frame {
-    /// When it was received (ns), on the clock of the logger.
+    /// Time of reception (ns), on the clock of the logger.
     pub time_ns: i64,
     /// Index of the channel among those of its source.
     pub channel: usize,
     /// Its identifier.
     pub id: CanId,
-    /// What it is.
+    /// Kind of the frame.
     pub kind: FrameKind,
-    /// Whether it is a CAN FD frame.
+    /// Whether the frame is one of CAN FD.
     pub is_fd: bool,
     data: [u8; MOST_DATA_BYTES],
     len: u8,
@@ -84,7 +84,7 @@ impl Frame {
         self.data.get(..usize::from(self.len)).unwrap_or_default()
     }
 
-    /// Makes it an error frame, which has neither identifier nor data.
+    /// Makes the frame an error frame, which has neither identifier nor data.
     pub(crate) fn set_error(&mut self) {
         self.id = CanId::default();
         self.kind = FrameKind::Error;
@@ -102,7 +102,7 @@ impl Frame {
     }
 }
 
-/// Where frames come from: a file, a socket, a pipe.
+/// Source of frames: a file, a socket, a pipe.
 pub trait FrameSource {
     /// Reads the next intact frame; `false` at the end.
     ///
@@ -114,7 +114,7 @@ pub trait FrameSource {
     fn channels(&self) -> &[String];
 }
 
-/// The number of bytes that a data length code stands for in CAN FD.
+/// Returns the number of bytes for a data length code of CAN FD.
 pub(crate) fn fd_length(dlc: u8) -> usize {
     const LENGTHS: [usize; 16] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64];
     LENGTHS[usize::from(dlc & 15)]

@@ -37,7 +37,7 @@ mod tally;
 mod unit;
 
 pub use crate::{
-    container::{CandumpStream, Container, ContainerFormat, Lost, OpenError},
+    container::{CandumpStream, Container, ContainerFormat, Lost, OpenError, Written},
     database::{Database, DatabaseError},
     decoder::{Decoder, Selection},
     frame::{CanId, Frame, FrameKind, FrameSource, MOST_DATA_BYTES},

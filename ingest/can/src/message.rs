@@ -1,4 +1,4 @@
-//! Where the signals of a message are, and how their bits become numbers.
+//! Positions of the signals of a message, and the conversion of their bits to numbers.
 
 use std::ops::RangeInclusive;
 
@@ -9,14 +9,14 @@ use crate::frame::CanId;
 use crate::tally::Tally;
 use crate::unit::SiUnit;
 
-/// A message: what frames carry it, and its signals.
+/// A message: its addressing, and its signals.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Message {
     /// Its name, such as `VehicleWeight`; the long one of a DBC file that has two.
     pub name: String,
     /// The short name of a DBC file that also has a long one.
     pub symbol: Option<String>,
-    /// Which frames carry it.
+    /// Frames that carry the message.
     pub addressing: Addressing,
     /// Its length (bytes).
     pub len: usize,
@@ -26,12 +26,12 @@ pub struct Message {
     pub signals: Vec<Signal>,
 }
 
-/// Which frames carry a message.
+/// Frames that carry a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Addressing {
-    /// Those of this identifier.
+    /// Frames of this identifier.
     Id(CanId),
-    /// Those of a parameter group of J1939, of any priority and destination.
+    /// Frames of a parameter group of J1939, of any priority and destination.
     ParameterGroup {
         /// Parameter group number.
         pgn: u32,
@@ -57,7 +57,7 @@ pub struct Signal {
     /// The short name of a DBC file that also has a long one.
     pub symbol: Option<String>,
     pub(crate) bits: BitRange,
-    /// What the bits are.
+    /// Data type of the bits.
     pub kind: ValueKind,
     /// Factor of the bits, before units are converted.
     pub factor: f64,
@@ -73,17 +73,17 @@ pub struct Signal {
     pub is_converted: bool,
     /// Raw values, with sign, that the description calls not available, an error or invalid.
     pub not_numbers: Vec<i64>,
-    /// When it is there.
+    /// Multiplexer and its values that select the signal; `None` for a signal in every frame.
     pub multiplexed: Option<Multiplexed>,
-    /// Whether it selects other signals.
+    /// Whether the signal selects other signals.
     pub is_multiplexer: bool,
-    /// Whether it counts the messages, by its name.
+    /// Whether the signal counts the messages, by its name.
     pub is_counter: bool,
-    /// Whether it is a checksum, by its name.
+    /// Whether the signal is a checksum, by its name.
     pub is_checksum: bool,
 }
 
-/// What the bits of a signal are.
+/// Data type of the bits of a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ValueKind {
     /// A whole number.
@@ -110,7 +110,7 @@ pub(crate) const MOST_NESTED: usize = 8;
 /// Rounding must not move the ends of a range.
 const RANGE_TOLERANCE: f64 = 1e-9;
 
-/// What the raw bits of a signal say.
+/// Meaning of the raw bits of a signal.
 pub(crate) enum Reading {
     Number(f64),
     NotAvailable,
@@ -173,7 +173,7 @@ impl Message {
         }
     }
 
-    /// Whether its frames have identifiers of 29 bits.
+    /// Whether the message's frames have identifiers of 29 bits.
     #[must_use]
     pub fn is_extended(&self) -> bool {
         match self.addressing {
@@ -190,8 +190,8 @@ impl Message {
             .or_else(|| place(&|signal| signal.symbol.as_deref() == Some(name)))
     }
 
-    /// Whether data of this length are those of the message. CAN FD has no lengths between 8 and 64 but a few; J1939
-    /// pads to 8 bytes.
+    /// Whether data of this length can be those of the message. CAN FD has only a few lengths between 8 and 64; J1939 pads to 8
+    /// bytes.
     pub(crate) fn has_length(&self, found: usize, is_fd: bool) -> bool {
         const FD_LENGTHS: [usize; 7] = [12, 16, 20, 24, 32, 48, 64];
         if found == self.len {
@@ -268,7 +268,7 @@ impl Message {
         })
     }
 
-    /// Sentences about what of its frames did not become numbers; none if all did.
+    /// Describes the values of its frames that did not become numbers; empty if all did.
     #[must_use]
     pub fn told(&self, tally: &Tally) -> Vec<String> {
         let name = &self.name;
@@ -332,17 +332,17 @@ impl Message {
     }
 }
 
-/// What such a value says.
+/// Meaning of a value that is reserved as an indicator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Indicator {
     NotAvailable,
-    /// Also what is reserved or specific to the parameter.
+    /// An error, also a value that is reserved or specific to the parameter.
     Error,
 }
 
-/// What an unsigned value of so many bits says, if it is not a number (J1939-71, table 1): of a byte 255 is "not
-/// available", 254 "error" and 251 to 253 reserved; the high byte of 2, 3 and 4 bytes likewise. Of shorter fields the
-/// highest value is "not available" and the one below it "error"; a single bit is a number.
+/// Returns the indicator that an unsigned value of `bit_count` bits stands for, or `None` for a number (J1939-71, table 1). Of a
+/// byte, 255 is "not available", 254 "error" and 251 to 253 are reserved; the high byte of 2, 3 and 4 bytes likewise. Of shorter
+/// fields the highest value is "not available" and the one below it "error"; a single bit is a number.
 #[inline]
 fn indicator(raw: u64, bit_count: u32) -> Option<Indicator> {
     if matches!(bit_count, 8 | 12 | 16 | 24 | 32 | 64) {

@@ -1,4 +1,4 @@
-//! What of a message's frames did not become numbers, and why.
+//! Counts of the frames and values of a message that did not become numbers, by reason.
 
 use std::collections::BTreeMap;
 
@@ -17,11 +17,11 @@ pub struct Tally {
     pub idle_counter: u64,
     /// Frames whose checksum stood still although other data changed.
     pub standing_checksum: u64,
-    /// By index of the signal: values that say "not available".
+    /// Number of values that mean "not available", by index of the signal.
     pub not_available: BTreeMap<usize, u64>,
-    /// By index of the signal: values that say "error", or are reserved.
+    /// Number of values that mean "error", or are reserved, by index of the signal.
     pub errors: BTreeMap<usize, u64>,
-    /// By index of the signal: values outside the range that the description states.
+    /// Number of values outside the range that the description states, by index of the signal.
     pub out_of_range: BTreeMap<usize, u64>,
     /// Frames by source address (J1939).
     pub sources: BTreeMap<u8, u64>,

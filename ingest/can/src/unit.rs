@@ -19,7 +19,7 @@ const MPH: f64 = 0.447_04;
 const PSI: f64 = 6_894.757_293_168;
 
 impl SiUnit {
-    /// A number that stays as it is.
+    /// The unit of a number that stays as it is.
     pub const NONE: Self = Self {
         symbol: "",
         factor: 1.0,

@@ -248,7 +248,7 @@ fn every_kind_of_time_of_candump_is_read() {
     }
 }
 
-/// A stream gives what a file gives; times of another program are not held back.
+/// A stream gives the same frames as a file; times of another program are not held back.
 #[test]
 fn kinds_of_time_are_told_in_a_stream_too() {
     let seconds = |ms: i64| format!("{:03}.{:03}000", ms / 1000, ms % 1000);
@@ -328,6 +328,51 @@ fn what_candump_prints_between_frames_is_no_frame() {
     assert_eq!(kinds, expected);
     assert_eq!(lost.len(), 1);
     assert!(lost[0].contains("dropped 3 CAN frames"), "{lost:?}");
+}
+
+#[test]
+fn frames_of_can_xl_are_left_out_and_lost_lines_have_their_number() {
+    let xl = "(1700000000.2) can0 45123#81:00:12345678#1122\n(1700000000.3)  can0  TX - -  45123###81:00:12345678  [0002]  11 22\n";
+    let text = format!(
+        "(1700000000.1) can0 101#01\n{xl}(1700000000.4) can0 101#0\n(1700000000.5) can0 101#02\n"
+    );
+    for text in [xl.to_owned() + &text, text] {
+        let mut source = Container::open(Cursor::new(&text)).unwrap();
+        let mut frame = Frame::default();
+        let mut times_ms = Vec::new();
+        while source.next_frame(&mut frame).unwrap() {
+            times_ms.push(frame.time_ns / 1_000_000 - 1_700_000_000_000);
+        }
+        assert_eq!(times_ms, [100, 500]);
+        let wrong = text.lines().position(|line| line.ends_with("#0")).unwrap() + 1;
+        let [lost] = source.lost() else {
+            panic!("{:?}", source.lost());
+        };
+        assert!(
+            lost.reason.starts_with(&format!("line {wrong}: ")),
+            "{lost:?}"
+        );
+        assert_eq!(source.notes().len(), 1);
+    }
+    // a digit is missing or too much: no frame of CAN XL, but a damaged line
+    for damaged in [
+        "12345#1122334455667788",
+        "0CF00##11122",
+        "45123#81:00:1234567#1122",
+    ] {
+        let text = format!("(1700000000.1) can0 101#01\n(1700000000.2) can0 {damaged}\n");
+        let mut source = Container::open(Cursor::new(&text)).unwrap();
+        let mut frame = Frame::default();
+        while source.next_frame(&mut frame).unwrap() {}
+        assert_eq!(
+            (source.lost().len(), source.notes().len()),
+            (1, 0),
+            "{damaged}"
+        );
+    }
+    let mut only = Container::open(Cursor::new(xl)).unwrap();
+    assert!(!only.next_frame(&mut Frame::default()).unwrap());
+    assert_eq!((only.lost().len(), only.notes().len()), (0, 1));
 }
 
 #[test]
@@ -471,7 +516,7 @@ fn pcan_traces_that_cannot_be_read_say_the_way_out() {
 }
 
 /// An object of a BLF file, version 1, whose body a logger may have cut.
-fn blf_object(kind: u32, time_ns: u64, body: &[u8]) -> Vec<u8> {
+pub(crate) fn blf_object(kind: u32, time_ns: u64, body: &[u8]) -> Vec<u8> {
     let size = 32 + body.len() as u32;
     let mut object = b"LOBJ".to_vec();
     for part in [32_u16, 1] {

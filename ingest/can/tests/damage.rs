@@ -1,10 +1,14 @@
-//! Damaged files give what is intact and tell what was lost.
+//! Damaged files give their intact frames and report their losses.
 
-use std::io::Cursor;
+use std::io::{Cursor, Write};
 
+use flate2::{Compression, write::ZlibEncoder};
 use tipwatch_can::{Container, ContainerFormat, Frame, FrameSource};
 
-use crate::support::{data, frames};
+use crate::{
+    containers::blf_object,
+    support::{data, frames},
+};
 
 const FILES: [&str; 9] = [
     "mixed.log",
@@ -31,6 +35,16 @@ fn a_damaged_line_costs_one_frame() {
             .unwrap()
             + 1;
         damaged[line] = b'#';
+        let mut source = Container::open(Cursor::new(&damaged)).unwrap();
+        let mut frame = Frame::default();
+        while source.next_frame(&mut frame).unwrap() {}
+        let [only] = source.lost() else {
+            panic!("{name}: {:?}", source.lost());
+        };
+        assert!(
+            only.before_ns.is_some() && only.after_ns <= only.before_ns,
+            "{name}: {only:?}"
+        );
         let (found, lost) = frames(&damaged);
         assert_eq!(
             (found.len(), lost.len()),
@@ -77,6 +91,96 @@ fn a_damaged_container_of_a_blf_file_costs_its_frames_only() {
     assert!(!lost.is_empty());
     assert_eq!(found[..120], intact[..120]);
     assert_eq!(found[found.len() - 120..], intact[240..]);
+}
+
+/// A BLF file of containers of 1000 bytes, in which objects go on from one into the next, and where each container begins.
+fn blf_of_containers() -> (Vec<u8>, Vec<usize>) {
+    let object = |count: u64| {
+        let mut body = vec![1, 0, 0, 8, 0x23, 1, 0, 0];
+        body.extend((count * 0x0101_0101).to_le_bytes());
+        blf_object(1, count * 1_000_000, &body)
+    };
+    let objects: Vec<u8> = (0..200).flat_map(object).collect();
+    let mut file = b"LOGG".to_vec();
+    file.extend(144_u32.to_le_bytes());
+    file.resize(144, 0);
+    let mut begins = Vec::new();
+    for part in objects.chunks(1000) {
+        begins.push(file.len());
+        let mut zlib = ZlibEncoder::new(Vec::new(), Compression::default());
+        zlib.write_all(part).unwrap();
+        let packed = zlib.finish().unwrap();
+        file.extend(b"LOBJ\x10\0\x01\0");
+        file.extend((32 + packed.len() as u32).to_le_bytes());
+        file.extend(10_u32.to_le_bytes());
+        file.extend([2, 0, 0, 0, 0, 0, 0, 0]);
+        file.extend((part.len() as u32).to_le_bytes());
+        file.extend([0; 4]);
+        file.extend(packed);
+        file.resize(file.len().next_multiple_of(4), 0);
+    }
+    (file, begins)
+}
+
+/// No frame is made of the parts of two objects, and every one outside the damage is there.
+#[test]
+fn a_blf_container_that_is_missing_or_damaged_adds_no_frame() {
+    let (file, begins) = blf_of_containers();
+    let (intact, lost) = frames(&file);
+    assert_eq!((intact.len(), lost.len()), (200, 0));
+    let one = begins[3]..begins[4];
+    let without = [&file[..one.start], &file[one.end..]].concat();
+    let changed = |change: &dyn Fn(&mut [u8])| {
+        let mut file = file.clone();
+        change(file.as_mut_slice());
+        file
+    };
+    let set = |at: usize, number: u32| {
+        changed(&|file| file[at..at + 4].copy_from_slice(&number.to_le_bytes()))
+    };
+    let cases = [
+        ("missing", without, 178),
+        ("zeros", changed(&|file| file[one.clone()].fill(0)), 178),
+        // the content is whole, whatever its header says
+        ("declared too short", set(begins[3] + 24, 0), 200),
+        ("size over the next one", set(begins[3] + 8, 1000), 200),
+        ("size over the end", set(begins[3] + 8, 1 << 20), 200),
+        ("size too short", set(begins[3] + 8, 100), 178),
+        (
+            "damaged",
+            changed(&|file| file[one.start + 80..one.start + 84].fill(0xff)),
+            178,
+        ),
+    ];
+    for (name, damaged, least) in cases {
+        let (found, lost) = frames(&damaged);
+        assert!(found.len() >= least, "{name}: {}", found.len());
+        assert!(!lost.is_empty(), "{name}");
+        let elsewhere = intact[..62].iter().chain(&intact[84..]);
+        elsewhere.for_each(|frame| assert!(found.contains(frame), "{name}: {frame:?}"));
+        // what is left of a damaged container is not verified
+        let is_recorded = |frame| name == "damaged" || intact.contains(frame);
+        assert!(found.iter().all(is_recorded), "{name}");
+    }
+}
+
+/// After a loss of power, zeros stand behind what was written: they complete no frame.
+#[test]
+fn bytes_that_were_never_written_are_no_frames() {
+    for name in FILES
+        .into_iter()
+        .filter(|name| name.ends_with(".blf") || name.ends_with(".mf4"))
+    {
+        let bytes = data(name);
+        for end in (bytes.len() / 2..bytes.len()).step_by(101) {
+            let cut = &bytes[..end];
+            if cut.ends_with(&[0]) || Container::open(Cursor::new(cut)).is_err() {
+                continue;
+            }
+            let zeros = [cut, &[0; 5000]].concat();
+            assert_eq!(frames(&zeros).0, frames(cut).0, "{name} cut at {end}");
+        }
+    }
 }
 
 #[test]

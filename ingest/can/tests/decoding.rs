@@ -1,4 +1,4 @@
-//! What is never a number, and is told instead.
+//! Frames and values that never become numbers, but are reported.
 
 use tipwatch_can::{CanId, Database, Decoder, Frame, FrameKind, Message, Selection, Tally, j1939};
 
@@ -19,7 +19,7 @@ fn frame(id: CanId, data: &[u8]) -> Frame {
     frame
 }
 
-/// The values of a signal over frames, and what was told.
+/// Returns the values of a signal over frames, and the notes.
 fn decoded(message: Message, signal: &str, frames: &[Frame]) -> (Vec<f64>, Tally, Vec<String>) {
     let index = message.signal(signal).unwrap();
     let mut decoder = Decoder::new(vec![Selection::of(message.clone())]);

@@ -7,7 +7,7 @@ use crate::{
     values::check_generated,
 };
 
-/// A folder with what a script of `data` makes.
+/// Returns a folder with the output of a script of `data`.
 fn made(script: &str, arguments: &[String]) -> PathBuf {
     let python = env::var("TIPWATCH_PYTHON").unwrap_or_else(|_| "python3".into());
     let folder = env::temp_dir().join(format!("tipwatch-can-{}-{script}", std::process::id()));

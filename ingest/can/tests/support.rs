@@ -1,4 +1,4 @@
-//! Fixtures and what all tests do with them.
+//! Fixtures and helpers of all tests.
 
 use std::{fs, io::Cursor, path::PathBuf};
 
@@ -16,7 +16,7 @@ pub(crate) fn text(name: &str) -> String {
     String::from_utf8(data(name)).unwrap()
 }
 
-/// All frames of a file, and the sentences about what was lost.
+/// Returns all frames of a file, and the sentences about its losses.
 pub(crate) fn frames(bytes: &[u8]) -> (Vec<(String, Frame)>, Vec<String>) {
     let mut source = Container::open(Cursor::new(bytes)).unwrap();
     let mut frames = Vec::new();

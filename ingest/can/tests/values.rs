@@ -72,7 +72,7 @@ fn val_generated_files_have_the_values_that_cantools_reads() {
     check_generated(data, "1");
 }
 
-/// Compares `generated_SEED`: what is listed has a value, and nothing else has one.
+/// Compares `generated_SEED`: listed values are there, and no others.
 pub(crate) fn check_generated(read: impl Fn(&str) -> Vec<u8>, seed: &str) {
     let file = |ending: &str| read(&format!("generated_{seed}.{ending}"));
     let database = Database::parse(&file("dbc")).unwrap();
@@ -117,7 +117,7 @@ pub(crate) fn check_generated(read: impl Fn(&str) -> Vec<u8>, seed: &str) {
     assert!((0..database.messages.len()).any(|place| unknown(place).is_some()));
 }
 
-/// By the description alone: within its range, and not the value that is called SNA or error.
+/// Whether a value is a number by the description alone: within its range, and not the value that is called SNA or error.
 fn is_number(message: &Message, signal: &str, value: f64) -> bool {
     let signal = &message.signals[message.signal(signal).unwrap()];
     let is_in = signal

@@ -27,7 +27,7 @@ pub(super) struct Clock {
 }
 
 impl Clock {
-    /// From the stamps of a topic; `None` without any.
+    /// Fits the clock of a topic to its stamps; `None` without any.
     pub(super) fn of(
         stamps: impl Iterator<Item = Option<i64>> + Clone,
         log_ns: &[i64],
@@ -38,8 +38,8 @@ impl Clock {
         Self::through(points, || all.fold((i64::MAX, i64::MIN), extremes))
     }
 
-    /// From the stamps of a topic of which none is missing; `None` without any. Gives what
-    /// [`of`](Self::of) gives, without a look at every stamp.
+    /// Fits the clock of a topic to its stamps, of which none is missing; `None` without any. Gives what [`of`](Self::of) gives,
+    /// without a look at every stamp.
     pub(super) fn of_complete(stamps_ns: &[i64], log_ns: &[i64]) -> Option<Self> {
         let count = stamps_ns.len().min(log_ns.len());
         let point = |index: usize| {
@@ -71,7 +71,7 @@ impl Clock {
         })
     }
 
-    /// How far it is ahead of another clock, at the middle of the time span that both cover (ns).
+    /// Returns the time by which this clock is ahead of another one, in the middle of the time span that both cover (ns).
     fn ahead_of(&self, other: &Self) -> i64 {
         let from = self.log_span_ns.0.max(other.log_span_ns.0);
         let to = self.log_span_ns.1.min(other.log_span_ns.1);
@@ -164,7 +164,7 @@ impl LogMap {
         Self::of_line(Line::constant(offset_ns))
     }
 
-    /// One straight line.
+    /// Returns the map by a straight line alone.
     pub(super) const fn of_line(line: Line) -> Self {
         Self {
             line,
@@ -172,7 +172,7 @@ impl LogMap {
         }
     }
 
-    /// From pairs of log time and offset.
+    /// Builds the map from pairs of log time and offset.
     pub(super) fn through(line: Line, points: impl Iterator<Item = (i64, i64)> + Clone) -> Self {
         let knots = match points.clone().is_sorted() {
             // as a rule; a copy of all points would cost more than the knots

@@ -224,7 +224,7 @@ fn jump(from_ns: i64, to_ns: i64) -> String {
     }
 }
 
-/// A time in seconds, exact to the millisecond also where it is a date.
+/// Formats a time in seconds, exact to the millisecond also where it is a date.
 fn time_s(ns: i64) -> String {
     let sign = if ns < 0 { "-" } else { "" };
     let ms = ns.unsigned_abs() / 1_000_000;
@@ -256,7 +256,7 @@ pub(super) fn only_log_times(clock: &StampDecision) -> ClockFinding {
     ClockFinding::reported(Kind::NoHeaderStamp, seen, done)
 }
 
-/// How a topic's clock differs from that of the log.
+/// Describes the offset (with `is_other`) and the drift of a topic's clock against that of `anchor`, as part of a sentence.
 pub(super) fn seen_apart(
     anchor: &str,
     is_other: bool,

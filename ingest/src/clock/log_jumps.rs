@@ -16,25 +16,25 @@ use super::{
 
 /// A smaller step back is disorder (ns).
 const LEAST_FALL_NS: i64 = 50_000_000;
-/// A larger one is a jump whether or not it fills a hole (ns).
+/// Smallest step back that is a jump whether or not it fills a hole (ns).
 const LARGE_FALL_NS: i64 = 10_000_000_000;
 /// No recording pauses for longer: the clock was set (ns).
 const LEAST_LEAP_NS: i64 = 30 * 86_400_000_000_000;
 /// A smaller step forward against the stamps does not move them, and is jitter of the transport (ns).
 const LEAST_AHEAD_NS: i64 = 50_000_000;
-/// Of a log with one stamped topic, a smaller one may be a longer way of its messages (ns).
+/// Smallest jump ahead in a log with one stamped topic (ns): a smaller one may be a longer way of its messages.
 const LEAST_AHEAD_ALONE_NS: i64 = 1_000_000_000;
 /// Messages that must confirm the new course.
 const CONFIRMING: usize = 2;
-/// Largest distance of a late block from what it belongs to, in periods.
+/// Largest distance of a late block from its neighbours in time, in periods.
 const MOST_PERIODS: i64 = 5;
 /// Share of messages that fall behind the one before which no clock reaches: the file has no order.
 const SHUFFLED_SHARE: f64 = 0.05;
-/// How far the topics may differ in where they see a jump (ns), besides some periods.
+/// Largest difference of the times at which two topics see the same jump (ns), besides some periods.
 const TOGETHER_NS: i64 = 1_000_000_000;
 /// A clock with more jumps is none.
 const MOST_JUMPS: usize = 1000;
-/// What counters of 32 bits count up to: milliseconds, tenths of them, microseconds (ns).
+/// Periods of counters of 32 bits that count milliseconds, tenths of milliseconds and microseconds (ns).
 const WRAPS_NS: [i64; 3] = [
     (1 << 32) * 1_000_000,
     (1 << 32) * 100_000,
@@ -48,20 +48,20 @@ const WRAP_JITTER_NS: i64 = 20_000_000;
 /// A jump of the recorder's clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct LogJump {
-    /// The log time of the last message before it.
+    /// The log time of the last message before the jump.
     pub(super) from_ns: i64,
-    /// That of the first message after it.
+    /// The log time of the first message after the jump.
     pub(super) to_ns: i64,
     /// Shift of the log times from there on, besides that of earlier jumps.
     pub(super) shift_ns: i64,
-    /// Whether it is a counter that wrapped around: then the time between is known.
+    /// Whether the jump is a counter that wrapped around: then the time between is known.
     pub(super) wraps: bool,
 }
 
 /// A jump as one topic shows it.
 #[derive(Debug, Clone, Copy)]
 struct OwnJump {
-    /// The first message after it.
+    /// Index of the first message after the jump.
     index: usize,
     from_ns: i64,
     to_ns: i64,
@@ -158,7 +158,7 @@ fn steps_forward(times: &Times, statistics: &TopicStatistics) -> Vec<LogJump> {
     forward.map(jump).collect()
 }
 
-/// For each jump the index of the first message of a topic after it.
+/// Returns for each jump the index of the first message of a topic after it.
 pub(super) fn places(times: &Times, statistics: &TopicStatistics, jumps: &[LogJump]) -> Vec<usize> {
     if jumps.is_empty() {
         return Vec::new();
@@ -187,7 +187,7 @@ pub(super) fn places(times: &Times, statistics: &TopicStatistics, jumps: &[LogJu
     places
 }
 
-/// The shift from each of these messages on, for all jumps so far.
+/// Returns the shift from each of these messages on, for all jumps so far.
 pub(super) fn shifts(places: &[usize], jumps: &[LogJump]) -> Vec<(usize, i64)> {
     let mut sum = 0_i64;
     let shift = |(&place, jump): (&usize, &LogJump)| {
@@ -197,7 +197,7 @@ pub(super) fn shifts(places: &[usize], jumps: &[LogJump]) -> Vec<(usize, i64)> {
     places.iter().zip(jumps).map(shift).collect()
 }
 
-/// Whether the times may have jumps: a look at every message is spared, as a rule.
+/// Whether the statistics of the log times allow a jump: as a rule not, which spares a look at every message.
 fn may_jump(statistics: &TopicStatistics) -> bool {
     let log = statistics.steps(StampSource::Log);
     let falls =
@@ -334,8 +334,8 @@ impl OwnJump {
     }
 }
 
-/// Where a topic whose times show no jump must be divided, between two of its messages: such that fewest are on the
-/// wrong side, and the step there is closest to the usual one.
+/// Finds the message before which a topic whose times show no jump must be divided: such that fewest messages are on the wrong
+/// side, and the step there is closest to the usual one.
 fn unseen(log_ns: &[i64], within: std::ops::Range<usize>, jump: &LogJump, period_ns: i64) -> usize {
     let is_late = |time: &&i64| **time > jump.from_ns.saturating_add(period_ns);
     let is_early = |time: &&i64| **time < jump.to_ns.saturating_sub(period_ns);

@@ -7,7 +7,7 @@ pub(super) fn ordered_bits(number: f64) -> i64 {
     bits ^ ((bits >> 63) & i64::MAX)
 }
 
-/// The number of such an integer.
+/// Returns the number of an integer that [`ordered_bits`] made.
 pub(super) fn from_ordered_bits(integer: i64) -> f64 {
     f64::from_bits((integer ^ ((integer >> 63) & i64::MAX)) as u64)
 }

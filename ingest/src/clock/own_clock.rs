@@ -29,7 +29,7 @@ pub(super) struct OwnClock<'t> {
     pub(super) times: Cow<'t, Times>,
     /// The first message after each jump of the log time.
     pub(super) log_places: Vec<usize>,
-    /// Of the log times, from each jump on.
+    /// Shifts of the log times, from each jump on: the first message, and the shift (ns).
     pub(super) log_shifts: Vec<(usize, i64)>,
     pub(super) strays: Strays,
     pub(super) restarts: Vec<Restart>,
@@ -81,7 +81,7 @@ impl<'t> OwnClock<'t> {
         self.times.by(self.decision.source)
     }
 
-    /// Finds what is odd about the times of the chosen source.
+    /// Finds the anomalies of the times of the chosen source.
     fn analyse(&mut self, statistics: &TopicStatistics) {
         let source = self.decision.source;
         let period_s = statistics.steps(source).period_s();
@@ -130,8 +130,8 @@ impl<'t> OwnClock<'t> {
         }
     }
 
-    /// What shows that publishers with clocks of their own share the topic: the times go back, farther than any transport delays
-    /// a message, again and again.
+    /// Describes the evidence that publishers with clocks of their own share the topic: its stamps go back again and again, by
+    /// more than any transport delays a message.
     fn several_clocks(&self, statistics: &TopicStatistics) -> Option<String> {
         let source = self.decision.source;
         let messages = self.times.len();

@@ -8,9 +8,9 @@ use super::ordered_bits::{from_ordered_bits, ordered_bits};
 
 /// Fewer points have so few pairs that sampling does not pay.
 const LEAST_POINTS: usize = 100;
-/// Pairs in the sample: of each point, one with each of so many others.
+/// Number of pairs per point in the sample, each with another point.
 const SAMPLES_A_POINT: usize = 4;
-/// How far the bounds are from the sample's median, in standard deviations of its rank.
+/// Distance of the bounds from the sample's median, in standard deviations of its rank.
 const SIGMAS: f64 = 4.0;
 /// The most points of which slopes are computed at a time.
 const ROW: usize = 64;

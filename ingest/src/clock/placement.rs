@@ -11,16 +11,16 @@ use super::{
 /// A stamp further from its expected value is invalid (ns).
 pub(super) const IMPOSSIBLE_NS: i64 = 3_600_000_000_000;
 
-/// Where the samples of a topic lie on the clock of their log, sample by sample.
+/// Placement of the samples of a topic on the clock of their log, sample by sample.
 ///
-/// It is known once the times of the whole log are known, and small: samples that were kept with
-/// their times can be placed at any later time.
+/// The placement is known once the times of the whole log are known, and small: samples that were kept with their times can be
+/// placed at any later time.
 #[derive(Debug, Clone)]
 pub struct Placement {
     pub(super) source: StampSource,
-    /// After jumps of the recorder's clock: the first message, and the shift of the log times from there on (ns).
+    /// Shifts after jumps of the recorder's clock: the first message, and the shift of the log times from there on (ns).
     pub(super) log_shifts: Vec<(usize, i64)>,
-    /// After restarts and steps of the topic's clock: the first message, and the shift from there on (ns).
+    /// Shifts after restarts and steps of the topic's clock: the first message, and the shift from there on (ns).
     pub(super) shifts: Vec<(usize, i64)>,
     /// Messages whose time is ahead of its course, by index, rising.
     pub(super) strays: Vec<usize>,
@@ -30,14 +30,14 @@ pub struct Placement {
     pub(super) pauses: Vec<Pause>,
 }
 
-/// How a time of a message becomes one on the clock of the log.
+/// Correction that maps a time of a message to the clock of the log.
 #[derive(Debug, Clone)]
 pub(super) enum Correction {
-    /// It is on that clock.
+    /// The time is on that clock already.
     None,
-    /// It cannot be mapped.
+    /// The time cannot be mapped.
     Refused,
-    /// The clock is ahead by so much (ns).
+    /// The clock is ahead by this offset (ns).
     Ahead(i64),
     /// The clock is ahead by an offset that grows with the log time.
     Drifting(Line),
@@ -61,8 +61,8 @@ impl Placement {
         }
     }
 
-    /// The same for messages that come after the log, of which this was the last: what was fitted to the log is held
-    /// at its end, because a line through some seconds says nothing about hours.
+    /// Returns the placement of messages that come after the log, of which `last` was the last: what was fitted to the log is
+    /// held at its end, because a line through some seconds says nothing about hours.
     pub(crate) fn held(mut self, last: Option<MessageTimes>) -> Self {
         let Some(last) = last else {
             return self;
@@ -172,7 +172,7 @@ impl Placement {
         )
     }
 
-    /// How many messages have no usable stamp.
+    /// Returns the number of messages without a usable stamp.
     pub(crate) fn unstamped(&self, times: &Times) -> u64 {
         if self.keeps_stamps() {
             return times.by(StampSource::Header).missing() as u64;
@@ -190,14 +190,14 @@ impl Placement {
     }
 }
 
-/// How far a stamp is from its expected value, if that is impossible (ns).
+/// Returns the deviation of a stamp from its expected value (ns); `None` if the deviation is possible.
 #[inline]
 pub(super) fn off_ns(expected: &Line, stamp_ns: i64, log_ns: i64) -> Option<i64> {
     let (offset, expected) = (stamp_ns.saturating_sub(log_ns), expected.at(log_ns));
     (!is_possible_offset(offset, expected)).then(|| offset.saturating_sub(expected))
 }
 
-/// Whether a stamp may have this offset to the log time (ns).
+/// Whether the offset of a stamp to the log time is possible, given the expected one (ns).
 #[inline]
 pub(super) fn is_possible_offset(offset_ns: i64, expected_ns: i64) -> bool {
     offset_ns.saturating_sub(expected_ns).unsigned_abs() <= IMPOSSIBLE_NS.unsigned_abs()

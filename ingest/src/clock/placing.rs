@@ -53,13 +53,13 @@ pub struct StampCorrection {
 /// A topic on the clock of its log.
 #[derive(Debug, Clone)]
 pub struct Placed {
-    /// Where its samples lie.
+    /// Placement of the samples on that clock.
     pub placement: Placement,
     /// The time source, and why it was chosen.
     pub clock: StampDecision,
-    /// What was done to the stamps.
+    /// Correction of the stamps.
     pub correction: StampCorrection,
-    /// What is odd about them.
+    /// Anomalies of the stamps.
     pub findings: Vec<ClockFinding>,
 }
 
@@ -195,7 +195,7 @@ impl TimeBase {
             .push(ClockFinding::handled(kind, seen, done));
     }
 
-    /// By how much the first or the last stamp of a clock differs from that of the anchor (s).
+    /// Returns the difference of the first or the last stamp of a clock from that of the anchor, whichever is larger (s).
     fn span_differs_s(&self, clock: &Clock) -> Option<f64> {
         let (from, to) = self.anchor_span_ns?;
         let (own_from, own_to) = clock.stamp_span_ns();
@@ -203,8 +203,8 @@ impl TimeBase {
         Some(apart(from, own_from).max(apart(to, own_to)))
     }
 
-    /// Places a topic with only publish or log times, shifted to what a stamp would show: on average its own ones do, where they are
-    /// only out of order.
+    /// Places a topic with only publish or log times, shifted to the time of a stamp: on average its own stamps have it, where
+    /// they are only out of order.
     fn place_worse_time(&self, placed: &mut Placed, times: &Times, statistics: &TopicStatistics) {
         let source = named(&placed.clock.source.to_string());
         let seen = say!("{source} is used: {}", placed.clock.reason);

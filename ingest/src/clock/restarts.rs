@@ -28,12 +28,12 @@ pub(super) const MOST_RESTARTS: usize = 200;
 pub(super) struct Restart {
     /// The first message of the new run.
     pub(super) index: usize,
-    /// When it was recorded.
+    /// Log time of the restart (ns).
     pub(super) log_time_ns: i64,
-    /// The stamps before and after it.
+    /// The stamps before and after the restart.
     pub(super) from_ns: i64,
     pub(super) to_ns: i64,
-    /// The jump of the clock; negative if it stepped back.
+    /// The jump of the clock; negative if the clock stepped back.
     pub(super) leap_ns: i64,
     /// Shift of the new run that continues the clock along the log time.
     pub(super) shift_ns: i64,
@@ -139,12 +139,12 @@ fn add_shifts(restarts: &mut [Restart], stamps: Stamps<'_>, strays: &Strays, log
     }
 }
 
-/// For each restart the first message after it, and the sum of the topic's own shifts from there on (ns).
+/// Returns for each restart the first message after it, and the sum of the topic's own shifts from there on (ns).
 pub(super) fn own_shifts(restarts: &[Restart]) -> Vec<(usize, i64)> {
     shifts(restarts, &[])
 }
 
-/// For each restart the first message after it, and the shift of the stamps from there on (ns): the sum over
+/// Returns for each restart the first message after it, and the shift of the stamps from there on (ns): the sum over
 /// all restarts so far, with common shifts where available.
 pub(super) fn shifts(restarts: &[Restart], common: &[CommonRestart]) -> Vec<(usize, i64)> {
     let shift_of = |restart: &Restart| {
@@ -186,7 +186,7 @@ pub(super) struct Pause {
     /// The topic's own restart determines exactly which messages follow it, the log time only
     /// roughly.
     index: Option<usize>,
-    /// How long it is.
+    /// Length of the pause (ns).
     pub(super) length_ns: i64,
 }
 
@@ -194,7 +194,7 @@ impl Pause {
     /// The shortest time between two runs, so that no state is carried over (ns).
     pub(super) const LEAST_NS: i64 = 1_000_000_000;
 
-    /// One pause per restart of the whole log.
+    /// Returns one pause per restart of the whole log.
     pub(super) fn of(restarts: &[Restart], common: &[CommonRestart]) -> Vec<Self> {
         let whole = common.iter().filter(|restart| restart.is_whole);
         let pause = |whole: &CommonRestart| {
@@ -210,7 +210,7 @@ impl Pause {
         whole.map(pause).collect()
     }
 
-    /// One that begins at a message.
+    /// Returns a pause that begins at a message.
     pub(super) fn before(index: usize) -> Self {
         Self {
             log_time_ns: 0,

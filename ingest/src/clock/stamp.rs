@@ -46,7 +46,7 @@ pub(super) struct StampEvidence {
     pub(super) header_disorder: Option<(usize, f64)>,
     pub(super) publish_is_apart: bool,
     pub(super) publish_changes: bool,
-    /// The format, if it has no publish time.
+    /// The format, if it has no publish times.
     pub(super) without_publish: Option<Format>,
 }
 

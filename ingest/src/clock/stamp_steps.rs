@@ -14,9 +14,9 @@ const LEAST_STEP_NS: i64 = 20_000_000;
 /// Messages on each side that determine the step, and how many are needed.
 const WINDOW: usize = 50;
 const LEAST_IN_WINDOW: usize = 10;
-/// The step counts if it exceeds the scatter on both sides by this factor.
+/// Ratio of a step to the scatter on both sides from which the step counts.
 const SIGMAS: f64 = 8.0;
-/// The log times go on as usual if they advance by no more periods.
+/// Most periods by which the log times advance in their usual way.
 const MOST_PERIODS: i64 = 3;
 /// A clock that is corrected more often is not known well enough.
 pub(super) const MOST_STEPS: usize = 50;
@@ -24,14 +24,14 @@ pub(super) const MOST_STEPS: usize = 50;
 /// A step of the stamps of a topic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct StampStep {
-    /// The first message after it.
+    /// Index of the first message after the step.
     pub(super) index: usize,
-    /// The stamps of the messages before and after it.
+    /// The stamps of the messages before and after the step.
     pub(super) from_ns: i64,
     pub(super) to_ns: i64,
-    /// The log time of the message after it.
+    /// The log time of the message after the step.
     pub(super) log_time_ns: i64,
-    /// How much further the stamps are behind it (ns).
+    /// Amount by which the stamps fall further behind the log time at the step (ns).
     pub(super) size_ns: i64,
 }
 

@@ -137,9 +137,9 @@ impl TopicStatistics {
         (resolution_ns >= LEAST_COARSE_NS).then_some(resolution_ns)
     }
 
-    /// How many header stamps are earlier than the previous one, and how far all of them scatter (s), if it is the stamps that are
-    /// out of order: the messages, which one sender sends in order, come in order and regularly. Messages that overtake each
-    /// other come irregularly, and their stamps are right.
+    /// Returns the number of header stamps that are earlier than the one before, and the scatter of all of them (s), if the
+    /// stamps are out of order and not the messages: the messages, which one sender sends in order, come in order and regularly.
+    /// Messages that overtake each other come irregularly, and their stamps are right.
     fn disorder(&self) -> Option<(usize, f64)> {
         let is_disordered = self.header.backward as f64 > DISORDERED_SHARE * self.messages as f64;
         let others = match self.has_publish_times() {
@@ -242,7 +242,7 @@ impl TopicStatistics {
     }
 }
 
-/// Of their absolute values, by Euclid.
+/// Returns the greatest common divisor of the absolute values, by Euclid.
 fn greatest_common_divisor(a: i64, b: i64) -> i64 {
     let (mut a, mut b) = (a.saturating_abs(), b.saturating_abs());
     while b != 0 {

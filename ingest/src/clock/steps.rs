@@ -46,7 +46,7 @@ pub(super) struct Steps {
     count: usize,
     pub(super) first_ns: Option<i64>,
     pub(super) last_ns: Option<i64>,
-    /// Whether two times differ.
+    /// Whether any two of the times differ.
     pub(super) changes: bool,
     forward_s: f64,
     longest_ns: Option<i64>,
@@ -130,7 +130,7 @@ impl Steps {
         }
     }
 
-    /// Whether any step forward is longer (ns).
+    /// Whether any step forward is longer than `most_ns`.
     pub(super) fn leaps(&self, most_ns: i64) -> bool {
         self.longest_ns.is_some_and(|longest| longest > most_ns)
     }

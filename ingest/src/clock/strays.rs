@@ -7,13 +7,13 @@ use super::times::Stamps;
 
 /// A smaller step ahead is a gap or jitter (ns).
 const LEAST_AHEAD_NS: i64 = 100_000_000;
-/// The same in periods of the topic.
+/// Smallest step of a stray, in periods of the topic.
 const LEAST_PERIODS: i64 = 3;
 /// More in a row are a course of their own.
 const MOST_IN_ROW: usize = 5;
 /// Messages of which one must confirm that the course before goes on.
 const CONFIRMING: usize = 2;
-/// Single times that exceed one in so many say that the clock cannot be used.
+/// Share of single times ahead, one in so many, beyond which the clock cannot be used.
 pub(super) const MOST_SHARE: usize = 10;
 
 /// Single times ahead of their course.
@@ -21,7 +21,7 @@ pub(super) const MOST_SHARE: usize = 10;
 pub(super) struct Strays {
     /// The messages, by index, rising.
     pub(super) indices: Vec<usize>,
-    /// How far the farthest is ahead of the course (ns).
+    /// Largest lead of a stray over the course (ns).
     pub(super) farthest_ns: i64,
 }
 
@@ -80,7 +80,7 @@ impl Strays {
         self.indices.binary_search(&index).is_ok()
     }
 
-    /// Whether there are so many that the clock cannot be used.
+    /// Whether so many times are strays that the clock cannot be used.
     pub(super) fn are_many(&self, messages: usize) -> bool {
         self.indices.len() * MOST_SHARE > messages
     }

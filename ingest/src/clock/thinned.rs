@@ -3,7 +3,7 @@
 /// Enough values for a median within a hundredth of the spread.
 const CAPACITY: usize = 4096;
 
-/// Keeps every n-th value, with n a power of two such that they fit.
+/// Every n-th value of a series, with n a power of two such that the values fit.
 #[derive(Debug, Clone)]
 pub(super) struct Thinned<T> {
     values: Vec<T>,

@@ -138,7 +138,7 @@ impl TimeBase {
         self.source
     }
 
-    /// The topic whose clock it is; `None` where it is the log time.
+    /// Returns the topic that defines the clock; `None` where it is the log time.
     pub fn anchor(&self) -> Option<&str> {
         self.anchor.as_deref()
     }

@@ -12,9 +12,9 @@ const NO_STAMP: i64 = i64::MIN;
 pub struct MessageTimes {
     /// The stamp in its header (ns); `None` if there is none, or if it is zero.
     pub header_stamp_ns: Option<i64>,
-    /// When it was sent (ns).
+    /// Time at which the message was sent (ns).
     pub publish_time_ns: i64,
-    /// When the recorder received it (ns).
+    /// Time at which the recorder received the message (ns).
     pub log_time_ns: i64,
 }
 
@@ -28,7 +28,7 @@ pub struct Times {
 }
 
 impl Times {
-    /// Reserves memory for so many messages, if it is available.
+    /// Reserves memory for `messages` messages, if it is available.
     pub(crate) fn reserve_exact(&mut self, messages: usize) {
         let _ = self.header_ns.try_reserve_exact(messages);
         let _ = self.log_ns.try_reserve_exact(messages);
@@ -89,17 +89,17 @@ impl Times {
         self.log_ns.len()
     }
 
-    /// Whether there are none.
+    /// Whether there are no times.
     pub fn is_empty(&self) -> bool {
         self.log_ns.is_empty()
     }
 
-    /// When the recorder received each message (ns).
+    /// Returns the time at which the recorder received each message (ns).
     pub fn log_ns(&self) -> &[i64] {
         &self.log_ns
     }
 
-    /// The same with log times that are shifted from single messages on; publish times that are not apart follow.
+    /// Returns the times with log times that are shifted from single messages on; publish times that are not apart follow.
     pub(super) fn with_log_shifted(&self, shifts: &[(usize, i64)]) -> Self {
         let mut shifted = self.clone();
         for (index, log_ns) in shifted.log_ns.iter_mut().enumerate() {
@@ -108,7 +108,7 @@ impl Times {
         shifted
     }
 
-    /// The header stamps and the log times (ns), as they are.
+    /// Returns the header stamps and the log times (ns), unchanged.
     pub(super) fn into_header_and_log_ns(self) -> (Vec<i64>, Vec<i64>) {
         (self.header_ns, self.log_ns)
     }
@@ -202,12 +202,12 @@ impl<'t> TimesSlice<'t> {
         })
     }
 
-    /// When the recorder received each message (ns).
+    /// Returns the time at which the recorder received each message (ns).
     pub(super) fn log_ns(self) -> &'t [i64] {
         self.log_ns
     }
 
-    /// When each message was sent (ns), if these times are stored apart from the log times.
+    /// Returns the time at which each message was sent (ns), if these times are stored apart from the log times.
     pub(super) fn apart_ns(self) -> Option<&'t [i64]> {
         self.has_publish().then_some(self.publish_ns)
     }
@@ -250,7 +250,7 @@ impl<'t> Stamps<'t> {
         (self.missing() == 0).then_some(self.0)
     }
 
-    /// How many are missing.
+    /// Returns the number of missing stamps.
     pub(super) fn missing(self) -> usize {
         self.0.iter().filter(|&&time| time == NO_STAMP).count()
     }

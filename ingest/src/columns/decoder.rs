@@ -78,15 +78,15 @@ impl Decoder {
     }
 }
 
-/// What a message gave.
+/// Result of decoding a message.
 pub(super) enum Decoded {
     /// Its values.
     Sample {
-        /// In nanoseconds; `None` if the header has none.
+        /// Header stamp in nanoseconds; `None` if the header has none.
         header_stamp_ns: Option<i64>,
     },
-    /// It has no number of the sample.
+    /// The message has no number of the sample.
     WithoutValue,
-    /// It names none of the wanted joints, but those of another part of the topic.
+    /// The message names none of the wanted joints, but those of another part of the topic.
     OfOtherJoints,
 }

@@ -105,7 +105,7 @@ fn merge(
     is_known
 }
 
-/// Which values of a sample a part on a topic of its own gives.
+/// Flags of the values of a sample that a part on a topic of its own gives.
 pub(super) fn places_of(sample: &SampleSpec, kind: SensorKind) -> Vec<bool> {
     let width = kind.value_count(0);
     let is_there = |place: usize| match place < ATTITUDE {
@@ -167,7 +167,7 @@ impl PartSample<'_> {
     }
 }
 
-/// Merges a part sample by sample, as they arrive: what [`join`] does with whole columns.
+/// Merges a part sample by sample, as they arrive: as [`join`] does with whole columns.
 #[derive(Debug)]
 pub(super) struct Joiner {
     is_of_part: Vec<bool>,

@@ -24,7 +24,7 @@ use crate::{
 
 /// Messages outside batches that are collected before they are handed on.
 const LOOSE_MESSAGES: u32 = 1024;
-/// How many more messages a chunk may have than its share of the file, before its columns grow: indexes take bytes, too.
+/// Ratio of the messages reserved for a chunk to its share of the file; beyond that, its columns grow: indexes take bytes, too.
 const EXPECTED_EXCESS: f64 = 1.3;
 
 /// Receives the samples of each sensor in file order, some at a time.
@@ -40,7 +40,7 @@ pub(crate) struct Wanted {
     pub(crate) width: usize,
 }
 
-/// What a pass found out about a sensor, besides its samples.
+/// Result of a pass for one sensor, besides its samples.
 pub(crate) struct SensorPass {
     pub(crate) topic: TopicId,
     /// Name of the topic.
@@ -199,8 +199,8 @@ impl Pass<'_> {
 }
 
 impl SensorPass {
-    /// Puts the sensor on the clock of the log: what was found out about it, and the times of its samples. How many of them
-    /// have no usable stamp is left to the caller.
+    /// Puts the sensor on the clock of the log; returns its reading and the times of its samples. The number of samples without a
+    /// usable stamp is left to the caller.
     pub(super) fn place(self, time_base: &TimeBase) -> (SensorReading, Times) {
         let Placed {
             placement,

@@ -44,10 +44,10 @@ pub struct StreamClock {
     pub samples: usize,
 }
 
-/// What became of a message that gave no sample.
+/// Refusals of one message: counts by reason.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct StreamRefusals {
-    /// Sensors that could not decode it.
+    /// Sensors that could not decode the message.
     pub undecodable: u32,
     /// Samples without a usable stamp.
     pub unstamped: u32,
@@ -152,7 +152,7 @@ impl SampleStream {
         &self.clocks
     }
 
-    /// Why the samples of a topic cannot be put on the common clock, if so.
+    /// Returns the first topic whose samples cannot be put on the common clock, with the finding that refuses them.
     #[must_use]
     pub fn refusal(&self) -> Option<(TopicId, &ClockFinding)> {
         self.clocks.iter().find_map(|clock| {
@@ -192,7 +192,7 @@ impl SampleStream {
         refusals
     }
 
-    /// What of the frames of CAN buses did not become numbers, so far.
+    /// Reports the frames of CAN buses that did not become numbers so far as losses.
     ///
     /// # Errors
     /// Several senders send one message, and the machine file names none of them.

@@ -39,7 +39,7 @@ impl<'a> SensorBlock<'a> {
         self.samples.len()
     }
 
-    /// Whether there are none; never so in a callback.
+    /// Whether the block has no samples; never so in a callback.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
@@ -143,16 +143,16 @@ pub fn read_sensor_blocks(
 
 /// Passes samples on in blocks.
 struct BlockSink<'t> {
-    /// One for each sensor of the pass.
+    /// Roles of the sensors of the pass.
     roles: Vec<Role>,
     take: &'t mut dyn FnMut(&SensorBlock<'_>),
 }
 
-/// How the samples of a sensor of the pass are used.
+/// Role of a sensor's samples in the pass.
 enum Role {
-    /// They are passed on in blocks, for the request with this index.
+    /// The samples are passed on in blocks, for the request with this index.
     InBlocks(usize, BlockQueue),
-    /// They are part of a request with other parts.
+    /// The samples are part of a request with other parts.
     ToBeMerged(Columns),
 }
 
@@ -214,7 +214,7 @@ impl BlockQueue {
         }
     }
 
-    /// Passes on what was collected.
+    /// Passes on the collected samples.
     fn flush(&mut self, request: usize, take: &mut dyn FnMut(&SensorBlock<'_>)) {
         let mut collected = std::mem::take(&mut self.collected);
         if collected.len() > 0 {

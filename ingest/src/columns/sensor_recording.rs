@@ -2,7 +2,6 @@
 
 use super::sensor_reading::SensorReading;
 use crate::{
-    clock::{ClockFinding, Treatment},
     decode::SampleSpec,
     message::{SensorKind, TopicId},
 };
@@ -14,7 +13,7 @@ pub struct SensorRequest {
     pub topic: TopicId,
     /// The kind of sensor.
     pub kind: SensorKind,
-    /// For joint states, the wanted joints in order.
+    /// Wanted joints in order, for joint states.
     pub joint_names: Vec<String>,
     /// The numbers that make up a sample, if the messages are not of the standard type.
     pub numbers: Option<SampleSpec>,
@@ -52,11 +51,11 @@ impl SensorRequest {
 /// All samples of one sensor, in file order.
 #[derive(Debug, Clone)]
 pub struct SensorRecording {
-    /// What reading the log found out besides: the samples are placed, and those without a usable stamp omitted.
+    /// Other results of reading the log; the samples are already placed on its clock, and those without a usable stamp omitted.
     pub reading: SensorReading,
     /// Time of measurement of each sample, on the clock of the log.
     pub stamps_ns: Vec<i64>,
-    /// When the recorder received each sample.
+    /// Time at which the recorder received each sample (ns).
     pub log_times_ns: Vec<i64>,
     /// The values, sample after sample: see [`SensorSample`](crate::SensorSample).
     pub values: Vec<f64>,
@@ -98,11 +97,5 @@ impl SensorRecording {
         for stamp in &mut self.stamps_ns {
             *stamp = stamp.saturating_add(shift_ns);
         }
-    }
-
-    /// Why the samples cannot be put on the clock of the log, if so.
-    pub fn refusal(&self) -> Option<&ClockFinding> {
-        let is_refusal = |finding: &&ClockFinding| finding.treatment == Treatment::Refused;
-        self.reading.findings.iter().find(is_refusal)
     }
 }

@@ -1,6 +1,7 @@
-//! Which of its quantities a message gives.
+//! Quantities that a message gives.
 
-/// By convention (REP 145), a first covariance of -1 marks a quantity that an IMU does not measure.
+/// Whether a covariance marks the quantity as measured: by convention (REP 145), a first covariance of -1 marks a quantity that
+/// an IMU does not measure.
 pub(super) fn is_given(covariance: f64) -> bool {
     covariance != -1.0
 }

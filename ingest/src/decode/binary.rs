@@ -79,7 +79,7 @@ pub(crate) enum Op {
         count: Count,
         body: Vec<Op>,
         picks: Vec<Pick>,
-        /// What the picked messages are read into; cleared, because the array may be shorter.
+        /// Slots for the values of the picked messages; cleared first, because the array may be shorter.
         slots: Vec<usize>,
     },
     CollectNumber {
@@ -425,7 +425,7 @@ fn double_from<const BIG_ENDIAN: bool>(bytes: &[u8; 8]) -> f64 {
     }
 }
 
-/// The number at the front of `bytes`; NaN if they are too few.
+/// Reads the number at the front of `bytes`; NaN if there are too few bytes.
 #[inline]
 pub(super) fn number_from<const BIG_ENDIAN: bool>(number: NumberType, bytes: &[u8]) -> f64 {
     macro_rules! read {

@@ -12,7 +12,7 @@ use crate::{
     schema::normal_type_name,
 };
 
-/// Of classical frames (ros_canopen, ros2_socketcan), and of frames that may be CAN FD.
+/// Types of classical frames (ros_canopen, ros2_socketcan), and of frames that may be CAN FD.
 const CLASSICAL: &str = "can_msgs/Frame";
 const FD: &str = "ros2_socketcan_msgs/FdFrame";
 const SEC: usize = 0;

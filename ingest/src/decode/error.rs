@@ -1,6 +1,6 @@
-//! Why a message cannot be decoded.
+//! Errors of decoding a message.
 
-/// Why a message cannot be decoded. Offsets count from the start of the message.
+/// Error: a message cannot be decoded. Offsets count from the start of the message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum DecodeError {
@@ -21,7 +21,7 @@ pub enum DecodeError {
         offset: usize,
         /// The count.
         count: usize,
-        /// What is left.
+        /// Bytes left in the message.
         available_bytes: usize,
     },
     /// A message of another sensor than the first one of its topic.
@@ -44,13 +44,13 @@ pub enum DecodeError {
         line: usize,
         /// Counted from 1.
         column: usize,
-        /// What is wrong.
+        /// Description of the problem.
         problem: &'static str,
     },
     /// A message that is not valid protobuf of its type.
     #[error("protobuf: {problem}")]
     Protobuf {
-        /// What is wrong.
+        /// Description of the problem.
         problem: &'static str,
     },
 }

@@ -8,7 +8,7 @@ use std::ops::Range;
 /// The kind of field at a path determines which accessor applies. The others return NaN or nothing.
 #[derive(Debug, Clone, Default)]
 pub struct Fields {
-    /// Stored separately, so that adjacent numbers are copied as one block.
+    /// Single numbers, stored separately, so that adjacent ones are copied as one block.
     pub(crate) singles: Vec<f64>,
     pub(crate) slots: Vec<Slot>,
 }

@@ -261,7 +261,7 @@ impl<'de> Visitor<'de> for Value<'_, '_> {
     }
 }
 
-/// Reads an element of an array that is an object or a list; what it lacks is missing among those of all elements.
+/// Reads an element of an array that is an object or a list; missing parts are missing among those of all elements.
 impl<'de> DeserializeSeed<'de> for MessageVisitor<'_, '_> {
     type Value = ();
 
@@ -285,7 +285,7 @@ impl<'de> DeserializeSeed<'de> for MessageVisitor<'_, '_> {
     }
 }
 
-/// One element of an array, of which what all have and what it alone has may be wanted.
+/// One element of an array, with the fields wanted of all elements and those of this one alone.
 struct Element<'t, 'f> {
     branch: &'t Branch,
     fields: &'f mut Fields,

@@ -1,4 +1,4 @@
-//! From the bytes of one message to numbers and strings.
+//! Decoding of the bytes of one message to numbers and strings.
 
 mod attitude;
 mod binary;

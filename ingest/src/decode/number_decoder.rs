@@ -78,12 +78,12 @@ pub(crate) struct NumberDecoder {
     is_stamped: bool,
     values: Vec<(ValueSource, Location)>,
     has_roll_pitch_yaw: bool,
-    /// For each value, whether any message had the number.
+    /// Whether any message had the number, for each value.
     was_found: Vec<bool>,
     messages: u64,
 }
 
-/// Where a value is found in the decoded fields.
+/// Position of a value in the decoded fields.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Location {
     Absent,

@@ -17,7 +17,7 @@ pub fn number_fields(topic: &Topic) -> Vec<String> {
 #[derive(Debug, Default)]
 pub(crate) struct NumberPaths {
     pub(crate) paths: Vec<String>,
-    /// Whether there are more.
+    /// Whether there are more paths than those listed.
     pub(crate) is_cut: bool,
 }
 

@@ -12,7 +12,7 @@ pub(super) const MOST_PATHS: usize = 8 * MOST_FIELDS;
 const MAX_DEPTH: usize = 8;
 /// Elements that are looked for in an array whose length only a message states.
 const MOST_NUMBERS: u32 = 64;
-/// The same for an array of messages.
+/// Elements that are looked for in an array of messages whose length only a message states.
 pub(super) const MOST_PARTS: u32 = 8;
 
 /// Collects paths.
@@ -32,7 +32,7 @@ impl Collector {
         collector
     }
 
-    /// Whether there is no room for more.
+    /// Whether no more paths are collected: there are too many, or they are nested too deeply.
     pub(super) fn is_full(&self, depth: usize) -> bool {
         self.found.len() > MOST_PATHS || depth > MAX_DEPTH
     }

@@ -1,4 +1,4 @@
-//! Where the numbers of a message are: in the next messages of a topic they are usually at the same offsets.
+//! Positions of the numbers of a message: in the next messages of a topic they are usually at the same offsets.
 //!
 //! Steps find the offsets by following every length in a message. Two messages of the same length whose lengths and
 //! strings are equal, too, have all numbers at the same offsets, and decoding one fails where decoding the other does.
@@ -17,18 +17,18 @@ const LITTLE_ENDIAN: &[u8] = &[0, 1];
 /// The numbers by path, and the ranges that determine where they are.
 type Found = (Vec<Option<NumberPlace>>, Vec<Range<usize>>);
 
-/// Where the numbers of a message are.
+/// Positions of the numbers of a message.
 #[derive(Debug, Clone)]
 pub(crate) struct Places {
     message_bytes: usize,
     encapsulation: &'static [u8],
     /// The lengths and strings in the message, each with its offset.
     determining: Vec<(usize, Vec<u8>)>,
-    /// By path; `None` for strings.
+    /// Numbers by path; `None` for strings.
     numbers: Vec<Option<NumberPlace>>,
 }
 
-/// Where consecutive numbers of one type are.
+/// Position of consecutive numbers of one type.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct NumberPlace {
     pub(crate) number: NumberType,
@@ -66,7 +66,7 @@ impl Places {
         })
     }
 
-    /// Whether another message has its numbers at these places.
+    /// Whether the numbers of another message are at these places.
     #[inline]
     pub(crate) fn are_those_of(&self, message: &[u8]) -> bool {
         let is_equal = |(offset, bytes): &(usize, Vec<u8>)| {
@@ -78,14 +78,14 @@ impl Places {
             && self.determining.iter().all(is_equal)
     }
 
-    /// Where the numbers of a path are.
+    /// Returns the position of the numbers of a path.
     pub(crate) fn numbers(&self, path_index: usize) -> Option<NumberPlace> {
         *self.numbers.get(path_index)?
     }
 }
 
 impl NumberPlace {
-    /// Some of the numbers; `None` if they are not all there.
+    /// Returns the position of some of the numbers; `None` if the place does not have them all.
     pub(crate) fn part(self, range: Range<usize>) -> Option<Self> {
         (range.start <= range.end && range.end <= self.count).then(|| Self {
             offset: self.offset + range.start * self.number.bytes(),
@@ -94,7 +94,7 @@ impl NumberPlace {
         })
     }
 
-    /// The first of the numbers in a message; NaN if it is not there.
+    /// Reads the first of the numbers in a message; NaN if the message ends before it.
     #[inline]
     pub(crate) fn first_in(self, message: &[u8]) -> f64 {
         let bytes = message.get(self.offset..).unwrap_or_default();
@@ -115,7 +115,7 @@ impl<'a, const CDR: bool> Finder<'a, CDR> {
     /// Offset of the data within the message.
     const START: usize = Cursor::<'a, false, CDR>::START;
 
-    /// The numbers by path, and what determines where they are.
+    /// Finds the numbers by path, and the bytes that determine their positions.
     fn find(steps: &[Op], data: &'a [u8], path_count: usize) -> Option<Found> {
         let mut finder = Self {
             cursor: Cursor { data, position: 0 },

@@ -100,20 +100,20 @@ fn paths_of(kind: SensorKind) -> &'static [&'static str] {
 pub struct SensorSample {
     /// Time of measurement by the sensor's clock; `None` if the message leaves it at zero.
     pub header_stamp_ns: Option<i64>,
-    /// When the recorder received it.
+    /// Time at which the recorder received the message (ns).
     pub log_time_ns: i64,
-    /// When it was sent.
+    /// Time at which the message was sent (ns).
     pub publish_time_ns: i64,
     /// The values, in the order of the table above.
     pub values: Vec<f64>,
 }
 
-/// What a message is to a sensor.
+/// Result of a message for a sensor of joints.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum JointSample {
     /// A sample, with its header stamp (ns).
     Of(Option<i64>),
-    /// It names none of the wanted joints: several publishers share the topic, each with joints of its own.
+    /// The message names none of the wanted joints: several publishers share the topic, each with joints of its own.
     OfOthers,
 }
 
@@ -127,10 +127,10 @@ pub struct SensorDecoder {
     joint_names: Vec<String>,
     /// Index of each wanted joint in the message, valid for `names_revision`.
     joint_places: Vec<Option<usize>>,
-    /// The same as a range, if the indices are consecutive.
+    /// The indices as a range, if they are consecutive.
     joints_in_row: Option<Range<usize>>,
     names_revision: Option<u64>,
-    /// Where the values were in the last message that was followed from its beginning.
+    /// Positions of the values in the last message that was followed from its beginning.
     shortcut: Option<Box<Shortcut>>,
     credit: Credit,
 }
@@ -297,8 +297,8 @@ impl SensorDecoder {
         self.kind
     }
 
-    /// Whether a message of joint states gives neither positions nor velocities, but efforts: an empty array is by convention
-    /// not given.
+    /// Whether a message of joint states gives neither positions nor velocities, but efforts: an empty array counts as not given,
+    /// by convention.
     fn has_no_motion(&self) -> bool {
         [NAMES + 1, NAMES + 2]
             .into_iter()
@@ -368,7 +368,7 @@ impl SensorDecoder {
     }
 }
 
-/// The stamp of a header, unless it is zero.
+/// Returns the stamp of a header (ns); `None` if it is zero.
 pub(super) fn stamp_ns(sec: f64, nanosec: f64) -> Option<i64> {
     // Both are small integers, so the conversion is exact.
     let (sec, nanosec) = (sec as i64, nanosec as i64);

@@ -13,7 +13,7 @@ const ATTITUDE: usize = 4;
 /// The values of an IMU: specific force, angular velocity, attitude.
 const IMU: usize = 10;
 
-/// Where the values of a sample are in messages like one that was decoded.
+/// Positions of the values of a sample in messages like one that was decoded.
 #[derive(Debug, Clone)]
 pub(super) struct Shortcut {
     places: Places,
@@ -29,14 +29,15 @@ pub(super) struct Shortcut {
 pub(super) enum Marks {
     /// The sample has no attitude.
     None,
-    /// It has one, which nothing marks.
+    /// The sample has an attitude, and no number marks it as absent.
     NoneOfAttitude,
-    /// Of specific force, angular velocity and attitude, in this order.
+    /// Marks of specific force, angular velocity and attitude, in this order.
     Imu([NumberPlace; 3]),
 }
 
 impl Shortcut {
-    /// To values at these places, `None` for one that is lacking. Itself `None` if any of them is not a double.
+    /// Returns a shortcut to values at these places, `None` for a value that is lacking. Itself `None` if any of them is not a
+    /// double.
     pub(super) fn new(
         places: Places,
         stamp: [NumberPlace; 2],

@@ -2,8 +2,10 @@
 //! with one signal in each row, in the order of the times.
 
 use std::{
-    collections::{BTreeMap, BTreeSet},
-    io::{self, Read, Write},
+    cmp::Reverse,
+    collections::{BTreeMap, BTreeSet, BinaryHeap},
+    fs::File,
+    io::{self, BufRead, BufReader, BufWriter, Read, Seek, Write},
 };
 
 use csv::StringRecord;
@@ -16,6 +18,8 @@ const OWN: [&str; 6] = ["", "table", "_start", "_stop", "_time", "error"];
 /// Tags that are no group: the field, and the name of the query's result.
 const FIELD: &str = "_field";
 const RESULT: &str = "result";
+/// Samples in memory (about 60 MB); more go to temporary files.
+const MOST_HELD: usize = 1 << 20;
 const ANNOTATIONS: [&str; 3] = ["#datatype", "#group", "#default"];
 
 /// Whether a text begins with an annotation.
@@ -32,7 +36,7 @@ pub(super) fn is_beginning(beginning: &[u8]) -> bool {
 struct Block {
     types: Vec<String>,
     groups: Vec<String>,
-    /// What empty cells mean.
+    /// Values of empty cells, by column.
     defaults: Vec<String>,
     names: Vec<String>,
 }
@@ -54,7 +58,8 @@ impl Block {
         cell.unwrap_or_else(default)
     }
 
-    /// What tells its series from others: the result, the tags, measurement and field. An empty tag is none.
+    /// Returns the names and values of the tags that identify the series of a row: the result, the tags, measurement and field.
+    /// An empty tag does not count.
     fn tags<'b>(&'b self, row: &'b StringRecord) -> impl Iterator<Item = (&'b str, &'b str)> {
         let is_group = |at: usize| self.groups.get(at).is_some_and(|group| group == "true");
         let is_tag =
@@ -80,10 +85,11 @@ impl Block {
     }
 }
 
-/// What tells a series from others: its tags with their values, and the column of its values if that is not the field's.
+/// Identity of a series: its tags with their values, and the column of its values if that is not the field's.
 type Key = (Vec<(String, String)>, String);
 
-/// The names of series: the values of what differs. Where two would have one name, the tags stand before their values.
+/// Returns the names of series: the values of the tags that differ. Where two would have one name, the tags stand before their
+/// values.
 fn names_of(series: &BTreeMap<Key, usize>) -> Vec<String> {
     let value_of = |key: &Key, tag: &str| {
         let found = key.0.iter().find(|(of, _)| of == tag);
@@ -142,15 +148,108 @@ struct Sample {
     cell: Box<str>,
 }
 
+impl Sample {
+    fn write(&self, target: &mut impl Write) -> io::Result<()> {
+        target.write_all(&self.time_ns.to_le_bytes())?;
+        target.write_all(&(self.series as u64).to_le_bytes())?;
+        target.write_all(&(self.cell.len() as u64).to_le_bytes())?;
+        target.write_all(self.cell.as_bytes())
+    }
+
+    /// The next sample of a file; `None` at its end.
+    fn read(source: &mut impl BufRead) -> io::Result<Option<Self>> {
+        if source.fill_buf()?.is_empty() {
+            return Ok(None);
+        }
+        let mut number = || {
+            let mut bytes = [0; 8];
+            source
+                .read_exact(&mut bytes)
+                .map(|()| u64::from_le_bytes(bytes))
+        };
+        let (time, series, bytes) = (number()?, number()?, number()?);
+        let mut cell = String::new();
+        source.by_ref().take(bytes).read_to_string(&mut cell)?;
+        Ok(Some(Self {
+            time_ns: time.cast_signed(),
+            series: series as usize,
+            cell: cell.into(),
+        }))
+    }
+}
+
+/// Puts samples in the order of their times, in bounded memory.
+struct ByTime {
+    most: usize,
+    held: Vec<Sample>,
+    /// Each has samples in the order of their times, which the file has behind those of the one before.
+    files: Vec<BufReader<File>>,
+}
+
+impl ByTime {
+    fn push(&mut self, sample: Sample) -> io::Result<()> {
+        if self.held.len() >= self.most {
+            self.held.sort_by_key(|sample| sample.time_ns);
+            let mut file = BufWriter::new(tempfile::tempfile()?);
+            for sample in self.held.drain(..) {
+                sample.write(&mut file)?;
+            }
+            let mut file = file.into_inner().map_err(io::IntoInnerError::into_error)?;
+            file.rewind()?;
+            self.files.push(BufReader::new(file));
+        }
+        self.held.push(sample);
+        Ok(())
+    }
+
+    /// Calls `take` with every sample. Those of one time come in the order of the file.
+    fn each(self, take: &mut dyn FnMut(&Sample) -> io::Result<()>) -> io::Result<()> {
+        let Self {
+            mut held,
+            mut files,
+            ..
+        } = self;
+        held.sort_by_key(|sample| sample.time_ns);
+        let (mut held, in_memory) = (held.into_iter(), files.len());
+        let mut next = |from: usize| match files.get_mut(from) {
+            Some(file) => Sample::read(file),
+            None => Ok(held.next()),
+        };
+        let heads: io::Result<Vec<Option<Sample>>> = (0..=in_memory).map(&mut next).collect();
+        let mut heads = heads?;
+        let place = |(from, head): (usize, &Option<Sample>)| {
+            let sample = head.as_ref()?;
+            Some(Reverse((sample.time_ns, from)))
+        };
+        let mut order: BinaryHeap<_> = heads.iter().enumerate().filter_map(place).collect();
+        while let Some(Reverse((_, from))) = order.pop() {
+            let head = std::mem::replace(&mut heads[from], next(from)?);
+            order.extend(place((from, &heads[from])));
+            if let Some(sample) = head {
+                take(&sample)?;
+            }
+        }
+        Ok(())
+    }
+}
+
 /// Copies the values as rows of a table. A row without a time becomes one that has none.
 pub(super) fn recode(source: &mut dyn Read, target: &mut dyn Write) -> io::Result<()> {
+    recode_holding(MOST_HELD, source, target)
+}
+
+fn recode_holding(most: usize, source: &mut dyn Read, target: &mut dyn Write) -> io::Result<()> {
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
         .flexible(true)
         .from_reader(source);
     let mut block = Block::default();
     let mut series: BTreeMap<Key, usize> = BTreeMap::new();
-    let mut samples: Vec<Sample> = Vec::new();
+    let mut samples = ByTime {
+        most,
+        held: Vec::new(),
+        files: Vec::new(),
+    };
     let mut wrong: Vec<String> = Vec::new();
     let mut row = StringRecord::new();
     loop {
@@ -213,18 +312,17 @@ pub(super) fn recode(source: &mut dyn Read, target: &mut dyn Write) -> io::Resul
                     time_ns,
                     series,
                     cell: cell.into(),
-                });
+                })?;
             }
         }
     }
     let names = names_of(&series);
-    samples.sort_by_key(|sample| sample.time_ns);
     let mut table = csv::WriterBuilder::new().flexible(true).from_writer(target);
     table.write_record(["time_ns", "signal", "value"])?;
-    for sample in samples {
+    samples.each(&mut |sample| {
         let time = sample.time_ns.to_string();
-        table.write_record([time.as_str(), names[sample.series].as_str(), &sample.cell])?;
-    }
+        Ok(table.write_record([time.as_str(), names[sample.series].as_str(), &sample.cell])?)
+    })?;
     for row in wrong {
         table.write_record([row.as_str(), "", ""])?;
     }
@@ -244,9 +342,14 @@ mod tests {
 
     fn recoded(text: &str) -> String {
         assert!(is_beginning(text.as_bytes()));
-        let mut table = Vec::new();
-        recode(&mut text.as_bytes(), &mut table).unwrap();
-        String::from_utf8(table).unwrap()
+        let held = |most: usize| {
+            let mut table = Vec::new();
+            recode_holding(most, &mut text.as_bytes(), &mut table).unwrap();
+            String::from_utf8(table).unwrap()
+        };
+        // what memory holds and what files hold is the same
+        assert!([1, 2, 3].iter().all(|&most| held(most) == held(MOST_HELD)));
+        held(MOST_HELD)
     }
 
     #[test]

@@ -26,7 +26,7 @@ pub(crate) enum Content {
         format: Format,
         /// Whether the file is compressed as a whole.
         is_packed: bool,
-        /// What makes it a text of that format.
+        /// Conversion of the file to a text of that format, if it is not one yet.
         recoding: Option<Recoding>,
     },
     Unsupported(&'static str),
@@ -42,7 +42,7 @@ impl Content {
         }
     }
 
-    /// Whether it is that of a log.
+    /// Whether the content is that of a log.
     pub(crate) fn is_log(&self) -> bool {
         matches!(self, Self::Log { .. })
     }
@@ -63,7 +63,7 @@ impl Content {
     }
 }
 
-/// What the first bytes of a local file say.
+/// Classifies a local file by its first bytes.
 pub(super) fn of_file(path: &Path, options: &TableOptions) -> Result<Content, Error> {
     let file = File::open(path).map_err(Error::io(path))?;
     let first_bytes = first_bytes_of(&file).map_err(Error::io(path))?;
@@ -74,7 +74,7 @@ pub(super) fn of_file(path: &Path, options: &TableOptions) -> Result<Content, Er
     Ok(within(packing, file, options))
 }
 
-/// What the bytes of an object say. That it ends as an MCAP file is enough: its end is there already.
+/// Classifies an object by its bytes. One that ends as an MCAP file is an MCAP file: its end is complete already.
 pub(super) fn of_object(object: &Object, options: &TableOptions) -> Result<Content, Error> {
     let size = object.size();
     let ending_bytes = (mcap::MAGIC.len() as u64).min(size);
@@ -160,7 +160,7 @@ fn classify(first_bytes: &[u8], options: &TableOptions) -> Content {
     }
 }
 
-/// A known format without a reader: what to do.
+/// Returns the remedy for a known format without a reader.
 fn other_format(first_bytes: &[u8]) -> Option<&'static str> {
     const OTHERS: [(&[u8], &str); 15] = [
         (
@@ -218,7 +218,7 @@ fn other_format(first_bytes: &[u8]) -> Option<&'static str> {
         ),
         (
             b"{",
-            "JSON that is one object, over several lines or without times: one object a line, each with its time, is read (jq -c . OLD > NEW.jsonl)",
+            "JSON that is one object or without times: two lines or more are read, each an object with its time (jq -c . OLD > NEW.jsonl)",
         ),
     ];
     let begins = |(magic, _): &&(&[u8], &str)| first_bytes.starts_with(magic);

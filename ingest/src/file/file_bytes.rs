@@ -9,6 +9,7 @@ use std::{
     sync::Arc,
 };
 
+use tipwatch_can::Written;
 use tipwatch_storage::Object;
 
 use super::log_file::{LogFile, require_whole};
@@ -36,11 +37,27 @@ impl FileBytes {
         })
     }
 
-    /// Opens a file of a log.
-    pub(crate) fn of(log_file: &LogFile) -> Result<Self, Error> {
+    /// Opens a file of a log as far as it was written, and returns how far that is where bytes are behind it. Those of a bucket are
+    /// not looked for.
+    pub(crate) fn of(log_file: &LogFile) -> Result<(Self, Option<Written>), Error> {
         let own = Self::open(log_file.data(), log_file.path())?;
-        let object = log_file.object().cloned();
-        Ok(Self { object, ..own })
+        if let Some(object) = log_file.object() {
+            let object = Some(object.clone());
+            return Ok((Self { object, ..own }, None));
+        }
+        let written = own.written()?;
+        let is_cut = written.unwritten > 0;
+        Ok((own.cut_at(written.bytes), is_cut.then_some(written)))
+    }
+
+    /// Looks for bytes behind what was written.
+    pub(crate) fn written(&self) -> Result<Written, Error> {
+        Written::of(&mut &self.file).map_err(Error::io(&self.path))
+    }
+
+    /// The file as if it ended here.
+    pub(crate) fn cut_at(self, len: u64) -> Self {
+        Self { len, ..self }
     }
 
     /// Whether parts are still in a bucket, so that each read may cost a request.
@@ -57,7 +74,7 @@ impl FileBytes {
         }
     }
 
-    /// Transfers all of a file in a bucket, if that is allowed. `what` says why parts are not enough.
+    /// Transfers all of a file in a bucket, if that is allowed. `what` names the reason why parts are not enough.
     pub(crate) fn require_whole(&self, what: &str) -> Result<(), Error> {
         match &self.object {
             Some(object) => require_whole(object, what),

@@ -18,7 +18,7 @@ const MOST_ELEMENTS: usize = 64;
 /// Longest name of a column that is the path of a value, but for the brackets of arrays.
 const MOST_PATH_BYTES: usize = 512;
 
-/// Whether a text begins with a line that is an object. An object alone describes something: it is no row of a log.
+/// Whether a text begins with a line that is a JSON object. A single object describes something else: it is no row of a log.
 pub(super) fn is_beginning(beginning: &[u8], is_whole: bool) -> bool {
     let lines = beginning.split_inclusive(|&byte| byte == b'\n');
     let mut lines = lines.filter(|line| !line.trim_ascii().is_empty());
@@ -29,7 +29,7 @@ pub(super) fn is_beginning(beginning: &[u8], is_whole: bool) -> bool {
     })
 }
 
-/// Copies the objects as rows of a table. A line that is no object becomes a row that is none. Returns what was left out, in words.
+/// Copies the objects as rows of a table. A line that is no object becomes a row that is none. Describes the values left out.
 pub(super) fn recode(
     source: &mut (impl BufRead + io::Seek),
     target: &mut dyn Write,
@@ -78,7 +78,7 @@ pub(super) fn recode(
     Ok(left_out.told())
 }
 
-/// How much of the objects is in no column, by why.
+/// Counts of the values of objects that are in no column, by reason.
 #[derive(Debug, Default)]
 struct LeftOut {
     beyond: u64,

@@ -4,7 +4,7 @@ use std::io::{self, BufRead, Read};
 
 /// Longest line; a longer one is no row.
 const MOST_LINE_BYTES: u64 = 16 << 20;
-/// What stays of such a line.
+/// Bytes of a line that is too long which are kept for its description.
 const SHOWN_BYTES: usize = 40;
 
 /// A text, or its first line, without the mark of UTF-8.

@@ -29,7 +29,7 @@ pub(crate) struct LogFile {
     _private: Option<TempDir>,
 }
 
-/// What reading a file of a bucket or server has cost so far.
+/// Requests and bytes that reading a file of a bucket or server has taken so far.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FileTransfer {
     /// The file, without secrets.
@@ -107,12 +107,12 @@ impl LogFile {
         &self.path
     }
 
-    /// The path of the uncompressed content. Of a file in a bucket it has only what was transferred.
+    /// Returns the path of the uncompressed content. Of a file in a bucket it has only the transferred parts.
     pub(crate) fn data(&self) -> &Path {
         &self.data
     }
 
-    /// Where all bytes of the file are, as they were recorded.
+    /// Returns the path of the file that has all bytes as they were recorded; `None` while only parts of it were transferred.
     pub(crate) fn whole(&self) -> Option<&Path> {
         match &self.object {
             None => Some(&self.path),
@@ -139,7 +139,7 @@ impl LogFile {
         })
     }
 
-    /// Transfers a file of a bucket as a whole, if that is allowed. `what` says why parts are not enough.
+    /// Transfers a file of a bucket as a whole, if that is allowed. `what` names the reason why parts are not enough.
     pub(crate) fn require_whole(&self, what: &str) -> Result<(), Error> {
         match &self.object {
             Some(object) => require_whole(object, what),

@@ -8,7 +8,7 @@ use lz4_flex::frame::FrameDecoder;
 use strum::Display;
 use zstd::stream::read::Decoder as ZstdDecoder;
 
-/// How a file is compressed as a whole.
+/// Compression of a file as a whole.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
 pub(super) enum Packing {
     #[strum(serialize = "zstd")]
@@ -35,7 +35,7 @@ impl Packing {
         }
     }
 
-    /// So many packed bytes are enough for the first unpacked ones: the largest block, and headers.
+    /// Returns the number of packed bytes that are enough for the first unpacked ones: the largest block, and headers.
     pub(super) fn beginning_bytes(self) -> u64 {
         match self {
             Self::Zstd => 132 << 10,

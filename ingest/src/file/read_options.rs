@@ -1,4 +1,4 @@
-//! What a person can say about logs that do not say it themselves.
+//! Settings by which a person completes what logs do not state themselves.
 
 use std::{
     path::PathBuf,
@@ -9,10 +9,10 @@ use serde::Serialize;
 
 use crate::table::TableOptions;
 
-/// How logs are read, beyond what they state.
+/// Settings for reading logs, beyond what the logs state.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct ReadOptions {
-    /// For tables: CSV and Parquet.
+    /// Settings for tables: CSV and Parquet.
     pub table: TableOptions,
     /// Folders with definitions of message types, `PACKAGE/msg/NAME.msg`, for logs that lack them.
     pub definitions: Vec<PathBuf>,
@@ -20,12 +20,12 @@ pub struct ReadOptions {
 
 static STATED: RwLock<Option<ReadOptions>> = RwLock::new(None);
 
-/// States how this process reads logs from now on: what [`Log::open`](crate::Log::open) uses.
+/// States how this process reads logs from now on: the settings of [`Log::open`](crate::Log::open).
 pub fn set_read_options(options: ReadOptions) {
     *STATED.write().unwrap_or_else(PoisonError::into_inner) = Some(options);
 }
 
-/// What was stated for this process.
+/// Returns the settings stated for this process.
 #[must_use]
 pub fn read_options() -> ReadOptions {
     let stated = STATED.read().unwrap_or_else(PoisonError::into_inner);

@@ -7,7 +7,7 @@ use tipwatch_language::word;
 
 use super::{annotated_csv, format::Format, frame_table::FrameTable, json_lines};
 
-/// What a text becomes, and from what.
+/// Conversion of a text to one that a reader takes, by its source.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Recoding {
     /// Text in UTF-16 to UTF-8.
@@ -21,7 +21,7 @@ pub(crate) enum Recoding {
 }
 
 impl Recoding {
-    /// What the first bytes of a file show.
+    /// Finds the conversion that a file needs by its first bytes; `None` if it needs none.
     pub(super) fn of(first_bytes: &[u8], is_whole: bool) -> Option<Self> {
         if let Some(order) = Utf16::of(first_bytes) {
             Some(Self::Utf16(order))
@@ -34,7 +34,7 @@ impl Recoding {
         }
     }
 
-    /// The format of what it becomes, if the first bytes need not tell.
+    /// Returns the format of the result, if its first bytes need not decide.
     pub(super) fn format(self) -> Option<Format> {
         match self {
             Self::Utf16(_) | Self::JsonLines => None,
@@ -43,7 +43,7 @@ impl Recoding {
         }
     }
 
-    /// What the first bytes become, without the part of a character or a line that they end with.
+    /// Converts the first bytes, without the incomplete character or line at their end.
     pub(super) fn beginning(self, first_bytes: &[u8], is_whole: bool) -> Vec<u8> {
         let end = match self {
             Self::Utf16(_) => first_bytes.len() & !1,
@@ -60,7 +60,7 @@ impl Recoding {
         text
     }
 
-    /// Copies a text in its new form. Returns what was left out, in words.
+    /// Copies a text in its new form. Describes the parts left out.
     pub(super) fn recode(
         self,
         source: &mut (impl BufRead + Seek),
@@ -75,7 +75,7 @@ impl Recoding {
         Ok(Vec::new())
     }
 
-    /// What positions in the log refer to.
+    /// Returns the note that says which text or table the positions in the log refer to.
     pub(super) fn note(self) -> &'static str {
         match self {
             Self::Utf16(_) => {

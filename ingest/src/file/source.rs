@@ -1,4 +1,4 @@
-//! Where the files of a log are: on this computer, or in a bucket or on a server.
+//! Location of the files of a log: on this computer, or in a bucket or on a server.
 
 use std::{
     cell::RefCell,
@@ -37,7 +37,7 @@ struct Listed {
 }
 
 impl Source {
-    /// The source of what is at a path, and the path by which messages name it.
+    /// Returns the source of the files at a path, and the path by which messages name it.
     pub(crate) fn of(path: &Path, options: &ReadOptions) -> Result<(Self, PathBuf), Error> {
         let location = Location::of(path)?;
         let source = Self {
@@ -47,7 +47,7 @@ impl Source {
         Ok((source, location.path().to_path_buf()))
     }
 
-    /// How the log is read, beyond what it states.
+    /// Returns the settings for reading the log, beyond what the log states.
     pub(crate) fn options(&self) -> &ReadOptions {
         &self.options
     }
@@ -57,7 +57,7 @@ impl Source {
         self.remote.is_some()
     }
 
-    /// Whether a path is a folder; an error if there is nothing.
+    /// Whether a path is a folder; an error if nothing exists there.
     pub(crate) fn is_folder(&self, path: &Path) -> Result<bool, Error> {
         let Some(remote) = &self.remote else {
             return Ok(std::fs::metadata(path).map_err(Error::io(path))?.is_dir());
@@ -129,7 +129,7 @@ impl Source {
         Ok(bytes)
     }
 
-    /// What the first bytes of a file say.
+    /// Classifies a file by its first bytes.
     pub(crate) fn content_of(&self, path: &Path) -> Result<Content, Error> {
         match &self.remote {
             None => content::of_file(path, &self.options.table),

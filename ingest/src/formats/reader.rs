@@ -25,7 +25,7 @@ pub(crate) trait FileReader: Send + Sync {
     }
 }
 
-/// What the caller of [`Log::read`](crate::Log::read) wants, and where losses are recorded.
+/// Request of the caller of [`Log::read`](crate::Log::read), and where losses are recorded.
 pub(crate) struct Request<'r> {
     /// One flag per topic of the log.
     pub(crate) wanted: &'r [bool],

@@ -203,7 +203,7 @@ impl CanPass {
         self.tell(losses)
     }
 
-    /// The same so far, of a pass that goes on.
+    /// Reports the values that did not become numbers so far, of a pass that goes on.
     pub(crate) fn tell(&self, losses: &mut Losses) -> Result<(), BindingError> {
         for bus in &self.buses {
             for _ in 0..bus.undecodable {

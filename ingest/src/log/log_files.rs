@@ -2,7 +2,10 @@
 
 use std::{collections::BTreeMap, path::PathBuf};
 
-use crate::{file::Format, message::Losses};
+use crate::{
+    file::Format,
+    message::{Losses, LostRange},
+};
 
 /// The files of one log.
 pub(crate) struct LogFiles {
@@ -13,4 +16,6 @@ pub(crate) struct LogFiles {
     pub(crate) has_packed_messages: Option<bool>,
     /// Messages the recorder reports having written, by topic.
     pub(crate) declared_counts: BTreeMap<String, u64>,
+    /// Files before which others are missing or cannot be read, and those, without their times.
+    pub(crate) left_out: Vec<(usize, LostRange)>,
 }

@@ -20,7 +20,7 @@ use crate::{
     decode::{FrameDecoder, is_can_frame},
     file::{FileTransfer, Format, LONGEST_MAGIC_BYTES, LogFile, ReadOptions, Source, read_options},
     formats::{Batch, Batches, FileReader, Request, open},
-    message::{Error, Extra, Losses, LostPart, RawMessage, Topic, TopicId, TopicTable},
+    message::{Error, Extra, Losses, LostPart, LostRange, RawMessage, Topic, TopicId, TopicTable},
     schema::GivenDefinitions,
 };
 
@@ -71,6 +71,7 @@ impl Log {
             mut losses,
             has_packed_messages,
             declared_counts,
+            left_out,
         } = recognise(path, &source)?;
         let has_damaged_beginning = !losses.is_empty();
         let given = GivenDefinitions::find(&options.definitions)
@@ -86,6 +87,14 @@ impl Log {
             let metadata = std::fs::metadata(file.data()).map_err(Error::io(path))?;
             file_bytes.push(metadata.len());
             opened.push(file);
+        }
+        for (behind, lost) in left_out {
+            let span_ns = |at: Option<usize>| readers.get(at?)?.span_ns();
+            losses.push(LostRange {
+                first_time_ns: span_ns(behind.checked_sub(1)).map(|(_, last)| last),
+                last_time_ns: span_ns(Some(behind)).map(|(first, _)| first),
+                ..lost
+            });
         }
         let topics = topics.into_topics();
         if topics.is_empty() && has_damaged_beginning {
@@ -149,13 +158,13 @@ impl Log {
         self.file_bytes.iter().sum()
     }
 
-    /// Where this computer has all bytes of each file, in the order of [`files`](Self::files); `None` for a file of
-    /// which only parts were transferred.
+    /// Returns the path of the file on this computer that has all bytes of each file, in the order of [`files`](Self::files);
+    /// `None` for a file of which only parts were transferred.
     pub fn whole_files(&self) -> Vec<Option<&Path>> {
         self.opened.iter().map(LogFile::whole).collect()
     }
 
-    /// What reading has cost so far, for each file of a bucket or server; empty for a local log.
+    /// Returns the requests and bytes that reading has taken so far, for each file of a bucket or server; empty for a local log.
     pub fn transfers(&self) -> Vec<FileTransfer> {
         self.opened.iter().filter_map(LogFile::transfer).collect()
     }
@@ -289,8 +298,8 @@ impl Log {
         Ok(losses)
     }
 
-    /// What decodes the CAN messages among the wanted topics from frames that come one at a time; `None` if none of
-    /// them is one.
+    /// Returns the decoder of the CAN messages among the wanted topics, for frames that come one at a time; `None` if no wanted
+    /// topic is a CAN message.
     pub(crate) fn can_pass(&self, wanted: &[TopicId]) -> Result<Option<CanPass>, Error> {
         Ok(self.can.pass(&self.wanted_flags(wanted)?))
     }
@@ -434,6 +443,7 @@ fn recognise(path: &Path, source: &Source) -> Result<LogFiles, Error> {
         losses,
         has_packed_messages: None,
         declared_counts: BTreeMap::new(),
+        left_out: Vec::new(),
     })
 }
 

@@ -58,7 +58,7 @@ impl Unpacker {
     }
 }
 
-/// Whether the first message of ROS 2 in a file is packed: a file without its `metadata.yaml` does not state it.
+/// Whether the first ROS 2 message in a file is compressed: a file without its `metadata.yaml` does not state it.
 pub(super) fn has_packed_messages(reader: &dyn FileReader, topics: &[Topic]) -> bool {
     let wanted: Vec<bool> = topics.iter().map(|topic| topic.encoding == "cdr").collect();
     let mut is_packed = false;

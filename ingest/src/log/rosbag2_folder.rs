@@ -2,7 +2,7 @@
 
 use std::{
     cmp::Ordering,
-    collections::BTreeSet,
+    collections::{BTreeMap, BTreeSet},
     path::{Path, PathBuf},
 };
 
@@ -15,7 +15,9 @@ use crate::{
 };
 
 const METADATA_NAME: &str = "metadata.yaml";
-/// How deep split files may be nested in subfolders.
+/// Endings of files that were compressed after the recording.
+const PACKED: [&str; 5] = [".zstd", ".zst", ".gz", ".bz2", ".lz4"];
+/// Levels of subfolders in which split files are looked for.
 const MOST_NESTED_FOLDERS: usize = 3;
 /// Far above any real file, which takes a few hundred bytes per topic.
 const METADATA_LIMIT_BYTES: u64 = 64 << 20;
@@ -26,16 +28,23 @@ pub(crate) fn recognise(folder: &Path, source: &Source) -> Result<LogFiles, Erro
     let found = log_files_below(folder, source, MOST_NESTED_FOLDERS)?;
     let metadata = read_metadata(folder, source, &mut losses)?;
     let listed = listed_files(folder, source, &metadata, &mut losses)?;
-    let mut files = if listed.is_empty() {
+    let is_listed = !listed.is_empty();
+    let found = without_copies(found, &listed, &mut losses);
+    let mut files = if is_listed {
+        with_parts_behind(listed, &found, &mut losses)
+    } else {
         refuse_several_logs(folder, &found)?;
         found
-    } else {
-        with_parts_behind(listed, &found, &mut losses)
     };
     let format = common_format(folder, source, &mut files, &mut losses)?;
+    let left_out = match is_listed {
+        true => Vec::new(),
+        false => left_out(&files, source, &losses)?,
+    };
     Ok(LogFiles {
         format,
         files,
+        left_out,
         losses,
         has_packed_messages: metadata.packs_messages(),
         declared_counts: metadata.message_counts,
@@ -113,8 +122,10 @@ fn present_file(folder: &Path, source: &Source, name: &str) -> PathBuf {
     let of_older_version = Path::new(name).file_name().and_then(|name| name.to_str());
     let names = [Some(name), of_older_version];
     let candidates = names.into_iter().flatten();
-    let paths =
-        candidates.flat_map(|name| [folder.join(name), folder.join(format!("{name}.zstd"))]);
+    let paths = candidates.flat_map(|name| {
+        let packed = PACKED.map(|ending| folder.join(format!("{name}{ending}")));
+        std::iter::once(folder.join(name)).chain(packed)
+    });
     let mut present = paths.filter(|path| source.is_file(path));
     present.next().unwrap_or_else(|| folder.join(name))
 }
@@ -159,6 +170,28 @@ fn log_files_below(folder: &Path, source: &Source, levels: usize) -> Result<Vec<
     Ok(files)
 }
 
+/// The found files without the copies of others: of a file and its packed form the listed one is read, or else the unpacked one.
+fn without_copies(found: Vec<PathBuf>, listed: &[PathBuf], losses: &mut Losses) -> Vec<PathBuf> {
+    let is_packed = |file: &&PathBuf| unpacked(file) != **file;
+    let (packed, plain): (Vec<&PathBuf>, Vec<&PathBuf>) = found.iter().partition(is_packed);
+    let mut originals: BTreeMap<PathBuf, &PathBuf> = BTreeMap::new();
+    for file in listed.iter().chain(plain).chain(packed) {
+        originals.entry(unpacked(file)).or_insert(file);
+    }
+    let mut kept = Vec::new();
+    for file in &found {
+        match originals.get(&unpacked(file)) {
+            Some(&original) if original != file && !listed.contains(file) => losses.note(say!(
+                "{} is a copy of {}: not read",
+                name_of(file),
+                name_of(original)
+            )),
+            _ => kept.push(file.clone()),
+        }
+    }
+    kept
+}
+
 /// Without metadata only the file names show whether files are parts of one log.
 fn refuse_several_logs(folder: &Path, files: &[PathBuf]) -> Result<(), Error> {
     let stems: BTreeSet<String> = files.iter().map(|file| stem_without_number(file)).collect();
@@ -174,6 +207,49 @@ fn refuse_several_logs(folder: &Path, files: &[PathBuf]) -> Result<(), Error> {
         path: folder.to_path_buf(),
         names,
     })
+}
+
+/// The parts that the numbers in the names leave out, each with the file behind it; without metadata nothing else tells of them. A
+/// file of such a number that is no log is damaged, and not missing.
+fn left_out(
+    files: &[PathBuf],
+    source: &Source,
+    losses: &Losses,
+) -> Result<Vec<(usize, LostRange)>, Error> {
+    let numbers: Option<Vec<u64>> = files.iter().map(|file| number_of(file)).collect();
+    let numbers = numbers.unwrap_or_default();
+    let mut left_out = Vec::new();
+    for (pair, (before, behind)) in numbers.windows(2).zip(files.iter().zip(1_usize..)) {
+        let mut missing = pair[1].saturating_sub(pair[0]).saturating_sub(1);
+        if missing == 0 {
+            continue;
+        }
+        let is_part = |file: &&PathBuf| {
+            let number = number_of(file).filter(|number| pair[0] < *number && *number < pair[1]);
+            number.is_some()
+                && stem_without_number(file) == stem_without_number(before)
+                && unpacked(file).extension() == unpacked(before).extension()
+        };
+        let (beside, _) = source.children(before.parent().unwrap_or(before))?;
+        for file in beside.iter().filter(is_part) {
+            missing = missing.saturating_sub(1);
+            let is_told = losses.ranges.iter().any(|lost| lost.file == *file);
+            if let Some(error) = source.format_of(file).err().filter(|_| !is_told) {
+                let bytes = 0..source.bytes(file);
+                let lost = LostRange::of(LostPart::File, file, bytes, error.to_string());
+                left_out.push((behind, lost));
+            }
+        }
+        if missing > 0 {
+            let told = say!(
+                "files are missing before it, by the numbers in the names: {missing} after {}",
+                name_of(before)
+            );
+            let lost = LostRange::of(LostPart::File, &files[behind], 0..0, told);
+            left_out.push((behind, lost));
+        }
+    }
+    Ok(left_out)
 }
 
 /// The listed files, and those in the folder whose names continue theirs: a recorder that was killed lists only the parts that it
@@ -254,19 +330,35 @@ fn name_of(path: &Path) -> String {
 /// `drive_12.mcap` and `drive_3.mcap` are parts of `drive`, and so are `drive_2026-05-28-22-26-40_0.bag` and the next one, whose
 /// date is that of its own beginning, and a bag that is still written.
 fn stem_without_number(path: &Path) -> String {
-    let name = name_of(path);
-    let name = name.strip_suffix(".zstd").unwrap_or(&name);
-    let name = name.strip_suffix(".active").unwrap_or(name);
-    let stem = Path::new(name)
-        .file_stem()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .into_owned();
+    let stem = stem_of(path);
     let bare = stem.trim_end_matches(|c: char| c.is_ascii_digit());
     match bare.strip_suffix('_') {
         Some(bare) if bare.len() + 1 < stem.len() => without_date(bare).to_owned(),
         _ => stem,
     }
+}
+
+/// Returns the name without the endings that state how the file is stored.
+fn stem_of(path: &Path) -> String {
+    let name = name_of(&unpacked(path));
+    let name = name.strip_suffix(".active").unwrap_or(&name);
+    let stem = Path::new(name).file_stem().unwrap_or_default();
+    stem.to_string_lossy().into_owned()
+}
+
+/// The path without the ending of a file that was compressed after the recording.
+fn unpacked(path: &Path) -> PathBuf {
+    let name = name_of(path);
+    let bare = PACKED.iter().find_map(|ending| name.strip_suffix(ending));
+    path.with_file_name(bare.unwrap_or(&name))
+}
+
+/// The number at the end of a name, by which parts are counted. Six digits and more are a date or a time of day.
+fn number_of(path: &Path) -> Option<u64> {
+    const MOST_DIGITS: usize = 5;
+    let stem = stem_of(path);
+    let (_, digits) = stem.rsplit_once('_')?;
+    (digits.len() <= MOST_DIGITS).then(|| digits.parse().ok())?
 }
 
 /// The name of a bag without `_2026-05-28-22-26-40`.
@@ -333,6 +425,7 @@ mod tests {
             ("a/drive12.mcap", "drive12"),
             ("_7.mcap", ""),
             ("drive_3.db3.zstd", "drive"),
+            ("drive_3.mcap.gz", "drive"),
             ("drive_2026-05-28-22-26-40_0.bag", "drive"),
             ("drive_2026-05-28-22-26-42_1.bag.active", "drive"),
             ("drive_2026-05-28.bag", "drive_2026-05-28"),

@@ -14,15 +14,15 @@ const MAX_DEPTH: usize = 32;
 #[derive(Default)]
 pub(super) struct Metadata {
     pub(super) files: Vec<String>,
-    /// What the recorder noted about files, by their names; before version 5 nothing.
+    /// Contents of the files that the recorder noted, by file name; empty before version 5.
     pub(super) contents: BTreeMap<String, FileContents>,
     pub(super) compression_format: String,
     pub(super) compression_mode: String,
-    /// How many messages the recorder wrote to each topic.
+    /// Number of messages that the recorder wrote, by topic.
     pub(super) message_counts: BTreeMap<String, u64>,
 }
 
-/// What a file of the log contains.
+/// Contents of a file of the log.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FileContents {
     /// The log times of its first and its last message (ns).

@@ -1,9 +1,9 @@
-//! Why a topic cannot serve as a signal.
+//! Errors of using a topic as a signal.
 
 use super::sensor_kind::SensorKind;
 use crate::schema::SchemaError;
 
-/// Why a topic cannot serve as a signal.
+/// Error: a topic cannot serve as a signal.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BindingError {
@@ -41,7 +41,7 @@ pub enum BindingError {
     Schema {
         /// The topic.
         topic: String,
-        /// What is wrong.
+        /// Error in the definition.
         source: SchemaError,
     },
     /// The topic of a field that the machine file names is not in the log.
@@ -93,7 +93,7 @@ pub enum BindingError {
     NoFieldPath {
         /// The topic.
         topic: String,
-        /// What the machine file says.
+        /// Path of the field in the machine file.
         field: String,
     },
     /// No message has the number that the machine file names.
@@ -107,9 +107,9 @@ pub enum BindingError {
         topic: String,
         /// The path.
         field: String,
-        /// The name that selects it in a list of names.
+        /// Name of the number in a list of names.
         joint: Option<String>,
-        /// How many messages were read.
+        /// Number of messages read.
         messages: u64,
         /// The names in the last message.
         names: Vec<String>,

@@ -1,10 +1,10 @@
-//! Why a log cannot be opened or read.
+//! Errors of opening or reading a log.
 
 use std::path::{Path, PathBuf};
 
 use super::binding_error::BindingError;
 
-/// Why a log cannot be opened or read at all.
+/// Error: a log cannot be opened or read at all.
 ///
 /// Damage inside a log is not an error: the intact part is read, and [`Losses`](crate::Losses)
 /// reports the rest.
@@ -29,7 +29,7 @@ pub enum Error {
     NotALog {
         /// The file or folder.
         path: PathBuf,
-        /// What was found instead: the first bytes, or the content of a folder.
+        /// Found content: the first bytes, or the content of a folder.
         found: String,
     },
     /// A known format without a reader.
@@ -45,7 +45,7 @@ pub enum Error {
     Table {
         /// The file.
         path: PathBuf,
-        /// What is not known, and what to do.
+        /// The unknown property of the table, with the remedy.
         problem: String,
     },
     /// A folder of definitions cannot be used.
@@ -53,7 +53,7 @@ pub enum Error {
     Definitions {
         /// The folder, or a file in it.
         path: PathBuf,
-        /// What is wrong.
+        /// Description of the problem.
         problem: String,
     },
     /// A folder whose files do not form one log.
@@ -65,7 +65,7 @@ pub enum Error {
     SeveralLogs {
         /// The folder.
         path: PathBuf,
-        /// The logs in it.
+        /// The logs in the folder.
         names: Vec<String>,
     },
     /// The SQLite library cannot read the database.
@@ -73,7 +73,7 @@ pub enum Error {
     Sqlite {
         /// The database.
         path: PathBuf,
-        /// What was being read.
+        /// The part that was being read.
         doing: &'static str,
         /// The error of SQLite.
         source: rusqlite::Error,
@@ -83,7 +83,7 @@ pub enum Error {
     OutOfMemory {
         /// The file.
         path: PathBuf,
-        /// Where the record starts.
+        /// Offset of the record.
         offset: u64,
         /// Its size.
         needed_bytes: u64,
@@ -93,7 +93,7 @@ pub enum Error {
     NoSuchTopic {
         /// The log.
         path: PathBuf,
-        /// The number asked for.
+        /// Index of the requested topic.
         index: usize,
         /// The number of topics.
         count: usize,

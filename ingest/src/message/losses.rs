@@ -275,7 +275,12 @@ impl Losses {
         self.integrity.checksums_absent |= !present;
     }
 
-    pub(crate) fn push(&mut self, range: LostRange) {
+    pub(crate) fn push(&mut self, mut range: LostRange) {
+        // where stamps go back, what is lost lies between those of its neighbours all the same
+        if let (Some(before_ns), Some(behind_ns)) = (range.first_time_ns, range.last_time_ns) {
+            range.first_time_ns = Some(before_ns.min(behind_ns));
+            range.last_time_ns = Some(before_ns.max(behind_ns));
+        }
         let same_bytes = |known: &&mut LostRange| {
             (known.start_byte, known.end_byte, known.part)
                 == (range.start_byte, range.end_byte, range.part)

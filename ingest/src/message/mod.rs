@@ -1,4 +1,4 @@
-//! What every part of the crate exchanges: topics, messages, losses and errors.
+//! Common types of the crate: topics, messages, losses and errors.
 
 mod binding_error;
 mod error;

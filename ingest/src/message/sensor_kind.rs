@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::schema::normal_type_name;
 
-/// What a topic measures.
+/// Quantity that a topic measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SensorKind {

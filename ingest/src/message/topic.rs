@@ -17,13 +17,13 @@ impl TopicId {
     }
 }
 
-/// Where the definition of a message type comes from.
+/// Source of the definition of a message type.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DefinitionSource {
-    /// It was recorded in the log.
+    /// The definition was recorded in the log.
     Embedded,
-    /// The log has none; it was read from a folder that a person named.
+    /// The log has no definition; it was read from a folder that a person named.
     Given,
     /// The log has none; the built-in definition of that type is used.
     BuiltIn,
@@ -36,11 +36,11 @@ pub enum DefinitionSource {
 pub struct Topic {
     /// Identifies the topic within its log.
     pub id: TopicId,
-    /// As recorded, such as `/imu/data`.
+    /// Name as recorded, such as `/imu/data`.
     pub name: String,
-    /// As recorded, such as `sensor_msgs/msg/Imu`; empty if the log names none.
+    /// Type as recorded, such as `sensor_msgs/msg/Imu`; empty if the log names none.
     pub type_name: String,
-    /// How the messages are encoded, such as `cdr`.
+    /// Encoding of the messages, such as `cdr`.
     pub encoding: String,
     /// The language of the definition, such as `ros2msg`.
     pub schema_encoding: String,
@@ -49,16 +49,16 @@ pub struct Topic {
     /// The `FileDescriptorSet` that defines a protobuf message.
     #[serde(skip)]
     pub descriptors: Option<Vec<u8>>,
-    /// Where the definition comes from.
+    /// Source of the definition.
     pub definition_source: DefinitionSource,
     /// The number of messages; `None` if only reading the whole log can count them.
     pub message_count: Option<u64>,
-    /// What the log records of its writers, one entry for each that differs. Empty for formats that record nothing.
+    /// Records of the log about the topic's writers, one entry for each that differs. Empty for formats that record nothing.
     #[serde(skip)]
     pub writers: Vec<TopicWriter>,
 }
 
-/// What a log records of one writer of a topic.
+/// Record of a log about one writer of a topic.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct TopicWriter {
     /// Keys and values, such as its quality of service.
@@ -111,7 +111,7 @@ impl TopicTable {
         id
     }
 
-    /// The same for one writer of the topic, with what the log says of it; also returns the writer's index in
+    /// Registers the topic for one of its writers, with the log's record of the writer; also returns the writer's index in
     /// [`Topic::writers`].
     pub(crate) fn register_writer(
         &mut self,

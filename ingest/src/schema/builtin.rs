@@ -137,8 +137,8 @@ pub(super) const DEFINITIONS: &[(&str, &str)] = &[
     ("visualization_msgs/UVCoordinate", "float32 u\nfloat32 v\n"),
 ];
 
-/// What ROS 1 defines otherwise. Its times are no messages but read as if they were those of ROS 2,
-/// so that the same paths lead to them.
+/// Definitions of ROS 1 that differ from those of ROS 2. The times of ROS 1 are no messages, but are read as if they were those
+/// of ROS 2, so that the same paths lead to them.
 const ROS1_DEFINITIONS: &[(&str, &str)] = &[
     ("builtin_interfaces/Duration", "int32 sec\nint32 nanosec\n"),
     ("builtin_interfaces/Time", "uint32 sec\nuint32 nanosec\n"),

@@ -1,6 +1,6 @@
-//! Why a message definition cannot be used.
+//! Errors of message definitions.
 
-/// Why a definition cannot be used.
+/// Error: a message definition cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SchemaError {
@@ -71,15 +71,15 @@ pub enum SchemaError {
     /// A message type that its `FileDescriptorSet` does not define.
     #[error("expected a protobuf FileDescriptorSet with {type_name}, found {found}")]
     Descriptor {
-        /// The type that was asked for.
+        /// The requested type.
         type_name: String,
-        /// What was found instead.
+        /// Found text.
         found: String,
     },
     /// A type that contains itself, or is nested too deeply.
     #[error("definition of {type_name}: nested too deeply or too large")]
     TooLarge {
-        /// The type that was asked for.
+        /// The requested type.
         type_name: String,
     },
 }

@@ -19,7 +19,7 @@ pub(crate) struct PathStep {
     pub(crate) elements: Elements,
 }
 
-/// Which elements of a field a step selects.
+/// Elements of a field that a step selects.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) enum Elements {
     /// The field is not an array.

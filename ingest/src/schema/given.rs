@@ -11,7 +11,7 @@ use super::{
     types::{Dialect, normal_type_name},
 };
 
-/// How deep packages are looked for: a workspace has them in groups.
+/// Levels of subfolders in which packages are looked for: a workspace has them in groups.
 const MOST_NESTED: usize = 8;
 /// Far above any definition.
 const MOST_BYTES: u64 = 1 << 20;

@@ -132,7 +132,7 @@ struct Member {
     sizes: Vec<u32>,
 }
 
-/// What a text defines, by scoped name with slashes.
+/// Definitions in a text, by scoped name with slashes.
 #[derive(Default)]
 struct Names {
     structs: HashMap<String, Vec<Member>>,

@@ -8,7 +8,7 @@ pub(crate) struct PathTree {
     pub(crate) branches: Vec<Branch>,
 }
 
-/// What is wanted from one field.
+/// Wanted content of one field.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Branch {
     pub(crate) name: String,
@@ -98,7 +98,7 @@ impl PathTree {
         }
     }
 
-    /// What is wanted from a field of this name or one of its alternatives.
+    /// Returns the wanted content of a field with this name or one of its alternatives.
     pub(crate) fn branch(&self, name: &str) -> Option<&Branch> {
         self.branches.iter().find(|branch| branch.is_called(name))
     }

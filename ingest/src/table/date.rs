@@ -8,11 +8,56 @@ use jiff::{
 
 use super::options::DateOrder;
 
-/// Of a time since a beginning, without a date: more are no time.
+/// Most hours of a time since a beginning, without a date: more are no time.
 const MOST_HOURS: i16 = 99;
 /// English names of months, of which the first three letters count.
 const MONTHS: [&str; 12] = [
     "jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec",
+];
+/// The same of German names where they differ.
+const GERMAN_MONTHS: [(&str, i8); 6] = [
+    ("jän", 1),
+    ("mär", 3),
+    ("mrz", 3),
+    ("mai", 5),
+    ("okt", 10),
+    ("dez", 12),
+];
+const WEEKDAYS: [&str; 14] = [
+    "monday",
+    "tuesday",
+    "wednesday",
+    "thursday",
+    "friday",
+    "saturday",
+    "sunday",
+    "montag",
+    "dienstag",
+    "mittwoch",
+    "donnerstag",
+    "freitag",
+    "samstag",
+    "sonntag",
+];
+/// Names of zones that are those of one offset (hours); "CST", "IST" and "BST" are those of several.
+const ZONES: [(&str, i32); 17] = [
+    ("z", 0),
+    ("utc", 0),
+    ("gmt", 0),
+    ("wet", 0),
+    ("west", 1),
+    ("cet", 1),
+    ("mez", 1),
+    ("cest", 2),
+    ("mesz", 2),
+    ("eet", 2),
+    ("eest", 3),
+    ("est", -5),
+    ("edt", -4),
+    ("mst", -7),
+    ("mdt", -6),
+    ("pst", -8),
+    ("pdt", -7),
 ];
 
 /// A date and time that was read.
@@ -31,7 +76,7 @@ pub(super) fn parse(text: &str, order: Option<DateOrder>) -> Option<Stamp> {
     iso(text).or_else(|| other(text, order))
 }
 
-/// Whether the order of day and month changes what a text means.
+/// Whether the order of day and month changes the meaning of a date.
 pub(crate) fn is_ambiguous(text: &str) -> bool {
     let read = |order| parse(text, Some(order)).is_some();
     parse(text, None).is_none() && (read(DateOrder::Dmy) || read(DateOrder::Mdy))
@@ -64,19 +109,21 @@ fn other(text: &str, order: Option<DateOrder>) -> Option<Stamp> {
     let joint = |c: char| c.is_whitespace() || c == ',';
     // a comma before digits is that of a decimal number
     let text = text.replace(", ", " ");
-    let words = text.split(|c: char| c.is_whitespace());
-    for word in words.filter(|word| !word.is_empty()) {
+    let words = text.split_whitespace().enumerate();
+    for (place, word) in words.filter(|(place, word)| *place > 0 || !is_weekday(word)) {
         let word = word.trim_matches(joint);
+        let is_year = place > 0 && word.len() == 4 && word.bytes().all(|c| c.is_ascii_digit());
         match word.to_ascii_lowercase().as_str() {
             "am" | "pm" if time.is_some() => is_afternoon = Some(word.starts_with(['p', 'P'])),
-            "z" | "utc" | "gmt" if time.is_some() => offset_s = Some(0),
+            // as the function ctime of C writes dates: Tue Nov 14 22:13:20 2023
+            _ if is_year && time.is_some() && date.len() == 2 => date.push(word.to_owned()),
             _ if word.contains(':') && time.is_none() => {
                 let (before, clock) = before_t(word);
                 date.extend(before.map(str::to_owned));
                 let (clock, zone) = split_zone(clock)?;
                 (time, offset_s) = (Some(time_of_day(clock)?), zone);
             }
-            _ if time.is_some() => offset_s = Some(zone_s(word)?),
+            name if time.is_some() => offset_s = Some(named_zone_s(name).or_else(|| zone_s(word))?),
             _ => date.push(word.to_owned()),
         }
     }
@@ -137,6 +184,32 @@ fn split_zone(clock: &str) -> Option<(&str, Option<i32>)> {
         Some(at) => Some((&clock[..at], Some(zone_s(&clock[at..])?))),
         None => Some((clock, None)),
     }
+}
+
+/// The offset of a zone with a name (seconds), such as `CET`, `GMT+1` and `UTC+01:00`. The name is in lower case.
+fn named_zone_s(name: &str) -> Option<i32> {
+    let known = ZONES.iter().find(|(zone, _)| *zone == name);
+    if let Some((_, hours)) = known {
+        return Some(hours * 3600);
+    }
+    let offset = name.strip_prefix("utc").or(name.strip_prefix("gmt"))?;
+    match offset.as_bytes() {
+        [sign, hour] => zone_s(&format!("{}0{}", char::from(*sign), char::from(*hour))),
+        _ => zone_s(offset),
+    }
+}
+
+/// The last word of a date that would be read without it: a zone that is not known.
+pub(super) fn unknown_zone(text: &str) -> Option<&str> {
+    let (date, zone) = text.trim().rsplit_once(char::is_whitespace)?;
+    let is_name = zone.chars().all(char::is_alphabetic) && parse(text, None).is_none();
+    (is_name && parse(date, None).is_some_and(|stamp| stamp.has_time)).then_some(zone)
+}
+
+/// Whether a word is the day of the week that stands before a date, or its beginning.
+fn is_weekday(word: &str) -> bool {
+    let word = word.trim_end_matches(['.', ',']).to_ascii_lowercase();
+    word.len() > 1 && WEEKDAYS.iter().any(|day| day.starts_with(&word))
 }
 
 fn zone_s(text: &str) -> Option<i32> {
@@ -242,12 +315,15 @@ fn date_of(text: &str, order: Option<DateOrder>) -> Option<(i16, i8, i8)> {
 }
 
 fn month_named(text: &str) -> Option<i8> {
-    let start = text.get(..3)?.to_ascii_lowercase();
-    if !text.chars().all(|c| c.is_ascii_alphabetic()) {
+    let start: String = text.to_lowercase().chars().take(3).collect();
+    if !text.chars().all(char::is_alphabetic) {
         return None;
     }
-    let place = MONTHS.iter().position(|month| *month == start)?;
-    i8::try_from(place + 1).ok()
+    let english = MONTHS.iter().zip(1..).map(|(name, month)| (*name, month));
+    let found = english
+        .chain(GERMAN_MONTHS)
+        .find(|(name, _)| *name == start);
+    found.map(|(_, month)| month)
 }
 
 #[cfg(test)]
@@ -277,11 +353,46 @@ mod tests {
             "20231114 22:13:20.5",
             "14.11.2023T22:13:20.5",
             "14.11.2023 23:13:20.5 +0100",
+            "2023-11-14 23:13:20.500 CET",
+            "2023-11-15 00:13:20.5 CEST",
+            "14.11.2023 23:13:20,500 MEZ",
+            "2023-11-14 17:13:20.5 EST",
+            "2023-11-14 23:13:20.5 UTC+01:00",
+            "2023-11-14 21:13:20.5 GMT-1",
+            "Tue Nov 14 22:13:20.5 2023",
+            "Tue Nov 14 23:13:20.5 CET 2023",
+            "Tue, 14 Nov 2023 23:13:20.5 +0100",
+            "Di. 14.11.2023 22:13:20,500",
+            "Dienstag, 14. November 2023 22:13:20,5",
         ] {
             let stamp = parse(text, None);
             assert_eq!(stamp.map(|stamp| stamp.ns), Some(EXPECTED), "{text}");
             assert!(!is_ambiguous(text), "{text}");
         }
+    }
+
+    #[test]
+    fn german_months_are_read_and_zones_of_several_places_are_not() {
+        for (text, month) in [
+            ("1. März 2026 10:00", 3),
+            ("1-Mrz-2026 10:00", 3),
+            ("1. Mai 2026 10:00", 5),
+            ("01-Okt-2026 10:00", 10),
+            ("1. Dez 2026 10:00", 12),
+        ] {
+            let expected = parse(&format!("2026-{month:02}-01 10:00"), None);
+            assert!(
+                expected.is_some() && parse(text, None) == expected,
+                "{text}"
+            );
+        }
+        for zone in ["IST", "CST"] {
+            let text = format!("2023-11-14 22:13:20.5 {zone}");
+            assert_eq!(parse(&text, None), None, "{text}");
+            assert_eq!(unknown_zone(&text), Some(zone));
+        }
+        assert_eq!(unknown_zone("2023-11-14 22:13:20 CET"), None);
+        assert_eq!(unknown_zone("see below"), None);
     }
 
     #[test]

@@ -28,9 +28,9 @@ pub(crate) struct TextTable {
     pub(crate) separator: u8,
     /// Whether commas in numbers are decimal points.
     pub(crate) has_decimal_comma: bool,
-    /// Where the first row begins.
+    /// Offset of the first row.
     pub(crate) rows_at: u64,
-    /// Lines before it.
+    /// Number of lines before the first row.
     pub(crate) lines_before: u64,
     /// Names of all columns; those of a nameless last one are left out.
     pub(crate) names: Vec<String>,
@@ -39,9 +39,9 @@ pub(crate) struct TextTable {
     /// Units by a line below the names; empty without one.
     pub(crate) units: Vec<String>,
     pub(crate) time: TimeSource,
-    /// Where each row has one signal; `None` where each column has one.
+    /// Columns of a table in which each row has one signal; `None` where each column has one.
     pub(crate) by_signal: Option<BySignal>,
-    /// What was assumed, for the notes of the log.
+    /// Assumptions about the layout, for the notes of the log.
     pub(crate) notes: Vec<String>,
 }
 
@@ -49,9 +49,9 @@ pub(crate) struct TextTable {
 /// sensor or axis in each row: `time,sensor,axis,value`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct BySignal {
-    /// Those that together name the signal.
+    /// Columns that together name the signal.
     pub(crate) names: Vec<usize>,
-    /// Those with its values: of several, each is a signal of its own.
+    /// Columns with the values of the signal: of several, each is a signal of its own.
     pub(crate) values: Vec<usize>,
     pub(crate) unit: Option<usize>,
 }
@@ -152,7 +152,7 @@ fn by_signal(sample: &Sample<'_>, time: &TimeSource) -> Option<BySignal> {
     })
 }
 
-/// Why the beginning of a file is not that of a table that can be read.
+/// Reason why the beginning of a file is not that of a readable table.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Refusal {
     NotATable,
@@ -355,6 +355,7 @@ fn below_names(
     }
     let time = time::find(&sample, options).map_err(Refusal::Unclear)?;
     notes.extend(time.told.clone());
+    notes.extend(time::other_times(&names, &time));
     let by_signal = by_signal(&sample, &time);
     if let Some(found) = &by_signal {
         let listed = |columns: &[usize]| {
@@ -435,7 +436,8 @@ fn without_names(lines: &[Line], options: &TableOptions) -> Result<TextTable, Re
     })
 }
 
-/// What is wrong with a table whose columns are those of CAN frames: their bytes would be taken for numbers.
+/// Returns the error for a table whose columns are those of CAN frames, whose bytes would be taken for numbers; `None` for
+/// others.
 fn frames_in(names: &[String]) -> Option<String> {
     const IDS: [&str; 6] = [
         "id",
@@ -526,8 +528,8 @@ fn is_date(cell: &str) -> bool {
     date::parse(cell, None).is_some() || date::is_ambiguous(cell)
 }
 
-/// Whether numbers have a comma for a point: always where it separates no cells; else if cells in quotes cannot be
-/// read otherwise (`1,234` can be one thousand).
+/// Whether numbers have a comma as decimal point: always where a comma separates no cells; else if cells in quotes cannot be read
+/// otherwise (`1,234` can be one thousand).
 fn has_decimal_comma(rows: &[(usize, Vec<String>)], separator: u8) -> bool {
     let is_decimal = |cell: &String| {
         let Some((whole, fraction)) = cell.split_once(',') else {
@@ -735,6 +737,19 @@ mod tests {
         ] {
             assert_eq!(found(text).unwrap().time.columns, [0], "{text}");
         }
+    }
+
+    #[test]
+    fn further_columns_of_times_are_told() {
+        let is_told = |text: &str| {
+            let notes = found(text).unwrap().notes;
+            notes.iter().any(|note| note.contains("--time-column"))
+        };
+        assert!(is_told("t [s],ax,t [s],angle\n0,1,0.5,2\n1,1,1.5,2\n"));
+        assert!(!is_told("t [s],ax,angle\n0,1,2\n1,1,2\n"));
+        assert!(!is_told(
+            "Date,Time,ms,x\n2023-11-14,22:13:20,0,1\n2023-11-14,22:13:20,250,2\n"
+        ));
     }
 
     #[test]

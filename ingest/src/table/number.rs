@@ -2,9 +2,21 @@
 
 use std::borrow::Cow;
 
+/// The minus of typography, which programs write in some languages.
+const MINUS: char = '\u{2212}';
+
 /// The number in a cell; `None` for anything else.
 pub(crate) fn number(cell: &str, has_decimal_comma: bool) -> Option<f64> {
-    let number: f64 = with_point(cell.trim(), has_decimal_comma).parse().ok()?;
+    let cell = cell.trim();
+    let number: f64 = match with_point(cell, has_decimal_comma).parse() {
+        Ok(number) => number,
+        Err(_) => {
+            let rest = cell.strip_prefix(MINUS)?;
+            with_point(&format!("-{rest}"), has_decimal_comma)
+                .parse()
+                .ok()?
+        }
+    };
     number.is_finite().then_some(number)
 }
 
@@ -23,7 +35,7 @@ pub(super) fn with_point(text: &str, has_decimal_comma: bool) -> Cow<'_, str> {
     }
 }
 
-/// What stands before decimals, or between groups of digits.
+/// Decimal mark, or separator between groups of digits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Mark {
     Point,
@@ -50,7 +62,8 @@ impl Mark {
 pub(crate) fn grouped_once(cell: &str) -> Option<(f64, Mark)> {
     [Mark::Point, Mark::Comma].into_iter().find_map(|mark| {
         let (first, second) = cell.trim().split_once(mark.symbol())?;
-        let whole = is_grouped(first, &[second]).then(|| format!("{first}{second}").parse());
+        let digits = || format!("{first}{second}").replace(MINUS, "-");
+        let whole = is_grouped(first, &[second]).then(|| digits().parse());
         Some((whole?.ok()?, mark))
     })
 }
@@ -85,12 +98,12 @@ fn without_groups(text: &str, decimal: char) -> Option<String> {
     is_plain.then(|| whole.replace(mark, "") + rest)
 }
 
-/// Whether these are groups of three digits behind one of one to three that does not begin with zero.
+/// Whether the digits are grouped: groups of three digits behind one of one to three that does not begin with zero.
 fn is_grouped(first: &str, following: &[&str]) -> bool {
     let is_group = |group: &str, least: usize| {
         (least..=3).contains(&group.len()) && group.bytes().all(|byte| byte.is_ascii_digit())
     };
-    let first = first.trim_start_matches(['+', '-']);
+    let first = first.trim_start_matches(['+', '-', MINUS]);
     let is_first = is_group(first, 1) && !first.starts_with('0');
     is_first && !following.is_empty() && following.iter().all(|group| is_group(group, 3))
 }
@@ -122,6 +135,9 @@ mod tests {
             ("1.556,949", true, Some(1556.949)),
             ("-1,556.949", false, Some(-1556.949)),
             ("-1,556.949", true, Some(-1556.949)),
+            ("\u{2212}1,5", true, Some(-1.5)),
+            ("\u{2212}1.556,949", true, Some(-1556.949)),
+            ("\u{2212}", true, None),
             ("1'556.5", false, Some(1556.5)),
             ("1\u{a0}556,5", true, Some(1556.5)),
             ("12.345.678", true, Some(12_345_678.0)),

@@ -1,15 +1,14 @@
-//! What a person can say about a table that does not say it itself, so that nobody has to edit evidence.
-
-use std::{fmt, str::FromStr};
+//! Settings by which a person completes what a table does not state itself, so that nobody has to edit evidence.
 
 use serde::Serialize;
+use strum::{Display, EnumString};
 
-/// What is known about tables beyond what they state.
+/// Settings for reading tables, beyond what the tables state.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct TableOptions {
     /// The column of time; two, joined by a comma, for a date and a time of day or for seconds and nanoseconds.
     pub time_column: Option<String>,
-    /// The unit of the numbers in it.
+    /// Unit of the numbers in the column of time.
     pub time_unit: Option<TimeUnit>,
     /// Whether the first line is a row: the columns are then `c1`, `c2` and so on.
     pub no_header: bool,
@@ -18,28 +17,37 @@ pub struct TableOptions {
 }
 
 /// The unit of times.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Display, EnumString)]
 #[serde(rename_all = "snake_case")]
+#[strum(parse_err_ty = String, parse_err_fn = not_a_time_unit)]
 pub enum TimeUnit {
     /// h
+    #[strum(serialize = "h")]
     Hours,
     /// min
+    #[strum(serialize = "min")]
     Minutes,
     /// s
+    #[strum(serialize = "s")]
     Seconds,
     /// ms
+    #[strum(serialize = "ms")]
     Milliseconds,
     /// us
+    #[strum(serialize = "us")]
     Microseconds,
     /// ns
+    #[strum(serialize = "ns")]
     Nanoseconds,
     /// Days since 30 December 1899, as spreadsheets keep dates.
+    #[strum(serialize = "days")]
     Days,
 }
 
 /// The order of day, month and year.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, EnumString)]
 #[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case", parse_err_ty = String, parse_err_fn = not_a_date_order)]
 pub enum DateOrder {
     /// Day, month, year.
     Dmy,
@@ -49,54 +57,10 @@ pub enum DateOrder {
     Ymd,
 }
 
-impl TimeUnit {
-    /// All units.
-    pub const ALL: [Self; 7] = [
-        Self::Hours,
-        Self::Minutes,
-        Self::Seconds,
-        Self::Milliseconds,
-        Self::Microseconds,
-        Self::Nanoseconds,
-        Self::Days,
-    ];
+fn not_a_time_unit(_: &str) -> String {
+    "expected s, ms, us, ns, min, h or days".to_owned()
 }
 
-impl fmt::Display for TimeUnit {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.write_str(match self {
-            Self::Hours => "h",
-            Self::Minutes => "min",
-            Self::Seconds => "s",
-            Self::Milliseconds => "ms",
-            Self::Microseconds => "us",
-            Self::Nanoseconds => "ns",
-            Self::Days => "days",
-        })
-    }
-}
-
-impl FromStr for TimeUnit {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let known = Self::ALL.into_iter();
-        let mut found = known.filter(|unit| unit.to_string() == text);
-        found
-            .next()
-            .ok_or_else(|| "expected s, ms, us, ns, min, h or days".to_owned())
-    }
-}
-
-impl FromStr for DateOrder {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "dmy" => Ok(Self::Dmy),
-            "mdy" => Ok(Self::Mdy),
-            "ymd" => Ok(Self::Ymd),
-            _ => Err("expected dmy, mdy or ymd".to_owned()),
-        }
-    }
+fn not_a_date_order(_: &str) -> String {
+    "expected dmy, mdy or ymd".to_owned()
 }

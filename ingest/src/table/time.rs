@@ -92,7 +92,7 @@ const FIXED: [(&str, TimeUnit); 3] = [
     // LabVIEW
     ("x_value", TimeUnit::Seconds),
 ];
-/// The same of those that can be of another time.
+/// Names with a fixed unit that can also be those of another time.
 const OTHER_FIXED: [(&str, TimeUnit); 3] = [
     // asammdf
     ("timestamps", TimeUnit::Seconds),
@@ -105,18 +105,18 @@ const SECONDS: [&str; 4] = ["sec", "secs", "seconds", "s"];
 const NANOSECONDS: &str = "nanosec";
 const NS_PER_S: i64 = 1_000_000_000;
 const SECONDS_A_DAY: f64 = 86_400.0;
-/// From 30 December 1899 on.
+/// Days from 30 December 1899, the origin of spreadsheets, to 1970.
 const DAYS_UNTIL_1970: f64 = 25_569.0;
 const DAY_NS: i64 = 86_400 * NS_PER_S;
 
-/// How the times of a table are written.
+/// Notation of the times of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
-    /// Numbers of so many nanoseconds.
+    /// Numbers, each a multiple of this many nanoseconds.
     Multiples(i64),
     /// Days since 30 December 1899.
     SpreadsheetDays,
-    /// Dates and times of day, in this order where they do not show one.
+    /// Dates and times of day, in this order where they do not show their order.
     Text(Option<DateOrder>),
     /// Times of day without a date, or times since a beginning, beyond 24 hours.
     TimeOfDay,
@@ -143,7 +143,7 @@ pub(crate) struct TimeSource {
     pub(crate) kind: Kind,
     /// The unit (ns) of the last column, if it has the part of a second that the others leave out.
     pub(crate) part_ns: Option<i64>,
-    /// How the unit or form was found out, where the name of the column does not state it.
+    /// Evidence for the unit or the notation, where the name of the column does not state it.
     pub(crate) told: Option<String>,
 }
 
@@ -196,8 +196,8 @@ impl TimeSource {
         }
     }
 
-    /// With the column that has the milliseconds, microseconds or nanoseconds of a time in whole seconds, if there is one: where rows
-    /// have one second, it puts them in order.
+    /// Adds the column with the milliseconds, microseconds or nanoseconds of a time in whole seconds, if there is one: where rows
+    /// have one second, that column puts them in order.
     fn with_part(mut self, sample: &Sample<'_>) -> Self {
         let texts = sample.column_texts(&self.columns);
         let read = |cells: &Vec<&str>| self.read(cells, sample.has_decimal_comma);
@@ -269,19 +269,19 @@ fn stamp(first: &str, second: Option<&&str>, order: Option<DateOrder>) -> Option
     }
 }
 
-/// Whether a person means this column by a name.
+/// Whether a column is the one that a person named.
 pub(crate) fn is_same_column(column: &str, named: &str) -> bool {
     column.trim().eq_ignore_ascii_case(named.trim()) || plain(column) == plain(named)
 }
 
-/// Whether the first column has the name that programs give to rows: none, or that of a column without one. Its cells are the
-/// times where they are dates, or numbers since 1970.
+/// Whether the first column has the name that programs give to an index of rows: none, or that of a column without one. Its cells
+/// are the times where they are dates, or numbers since 1970.
 pub(super) fn is_index_named(names: &[String]) -> bool {
     let first = names.first().map(|name| name.trim().to_lowercase());
     first.is_some_and(|name| matches!(name.as_str(), "" | "index" | "unnamed: 0"))
 }
 
-/// Whether the first column is such an index of times.
+/// Whether the first column is an index whose cells are times.
 pub(super) fn has_index_of_times(sample: &Sample<'_>) -> bool {
     let texts = sample.column_texts(&[0]);
     let date = |text: &str| {
@@ -348,7 +348,7 @@ impl<'s> Sample<'s> {
     }
 }
 
-/// The same in a table without names: the first column, or the first two.
+/// Finds the time in a table without names: the first column, or the first two.
 pub(super) fn find_unnamed(
     sample: &Sample<'_>,
     options: &TableOptions,
@@ -457,10 +457,10 @@ fn candidates(names: &[String]) -> Vec<Vec<usize>> {
     found
 }
 
-/// How one column or two are written, by their names and values.
+/// Finds the notation of the times in one or two columns, by their names and values.
 ///
 /// # Errors
-/// That does not follow from them: what to do.
+/// Names and values do not determine the notation: the remedy.
 fn choose(
     texts: &[Vec<&str>],
     columns: &[usize],
@@ -496,7 +496,11 @@ fn choose(
         * 2
         > texts.len();
     let is_date = |name: &str| name.to_lowercase().contains("dat");
-    if columns.len() == 2 && are_numbers && is_date(name(first)) {
+    // a count beside a date is no time of day: 1000 ms would be ten o'clock
+    let is_counted =
+        |cells: &&Vec<&str>| cells.get(1).is_some_and(|cell| as_number(cell).is_some());
+    let are_counted = texts.iter().filter(is_counted).count() * 2 > texts.len();
+    if columns.len() == 2 && are_counted && is_date(name(first)) {
         return Err(format!(
             "the columns {called}: expected a date and a time of day with their marks (2026-11-28 and 14:59:58), or seconds and \
              nanoseconds, found {}; another column: --time-column NAME",
@@ -621,12 +625,22 @@ fn text_kind(
             }
         },
     };
-    let found = texts.iter().find_map(|cells| read(cells, order));
+    let mut all = texts.iter().filter_map(|cells| read(cells, order));
+    let found = all.next();
+    // two columns are one time by most of their rows: others may stand beside a date
+    let are_few = |cells: &Vec<&str>| cells.len() == 2 && 2 * (1 + all.count()) <= texts.len();
+    let found = found.filter(|_| !texts.first().is_some_and(are_few));
     let Some(found) = found else {
         let example = texts.first().map(|cells| joined(cells)).unwrap_or_default();
+        let zone = date::unknown_zone(&example).map_or(String::new(), |zone| {
+            format!(
+                "; the time zone \"{}\" is not known or that of several places: write UTC, CET, EST or +05:30",
+                zone.escape_debug()
+            )
+        });
         return Err(format!(
             "the column of time {called}: expected numbers or dates (ISO 8601, 14.11.2023 22:13:20, 14-Nov-2023), \
-             found \"{}\"; another column: --time-column NAME",
+             found \"{}\"{zone}; another column: --time-column NAME",
             example.escape_debug()
         ));
     };
@@ -711,12 +725,34 @@ fn epoch_unit(number: f64) -> Option<TimeUnit> {
     found.map(|(unit, _)| unit)
 }
 
-/// Whether a name is that of a time.
+/// Names the columns of times beside the time: what stands in their rows may have been measured at those times.
+pub(super) fn other_times(names: &[String], time: &TimeSource) -> Option<String> {
+    let listed = |of: &dyn Fn(usize) -> bool, between: &str| {
+        let columns = (0..names.len()).filter(|&at| of(at));
+        let quoted = columns.map(|at| format!("\"{}\"", names[at].escape_debug()));
+        quoted.collect::<Vec<_>>().join(between)
+    };
+    let is_time = |name: &str| name_of_time(name).is_some_and(|name| !name.is_other);
+    let others = listed(
+        &|at| !time.columns.contains(&at) && is_time(&names[at]),
+        ", ",
+    );
+    let used = listed(&|at| time.columns.contains(&at), word!(" and "));
+    (!others.is_empty()).then(|| {
+        say!(
+            "time: {}; not the other columns of times: {} (--time-column NAME states one)",
+            used,
+            others
+        )
+    })
+}
+
+/// Whether a name denotes a time.
 pub(crate) fn is_name_of_time(name: &str) -> bool {
     unit_in_name(name).is_some()
 }
 
-/// What a name says: whether it is that of a time, and of which unit.
+/// Returns the unit in the name of a column, if the name is that of a time; the inner value is `None` if the name states no unit.
 fn unit_in_name(name: &str) -> Option<Option<TimeUnit>> {
     name_of_time(name).map(|name| name.unit)
 }
@@ -724,7 +760,7 @@ fn unit_in_name(name: &str) -> Option<Option<TimeUnit>> {
 /// The name of a column of time.
 struct NameOfTime {
     unit: Option<TimeUnit>,
-    /// Whether it can also be that of something else.
+    /// Whether the name can also denote another quantity.
     is_other: bool,
 }
 
@@ -805,7 +841,7 @@ fn unit_of(text: &str) -> Option<TimeUnit> {
     })
 }
 
-/// A decimal number of so many nanoseconds, exactly.
+/// Converts a decimal number of units of `unit_ns` nanoseconds, exactly.
 fn decimal_ns(text: &str, unit_ns: i64) -> Option<i64> {
     let (is_negative, digits) = match text.strip_prefix('-') {
         Some(rest) => (true, rest),

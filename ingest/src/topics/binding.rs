@@ -10,11 +10,11 @@ use crate::{
 /// A signal and the topic that carries it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Binding {
-    /// What it measures.
+    /// Quantity that the signal measures.
     pub kind: SensorKind,
     /// The topic.
     pub topic: TopicId,
-    /// Why this topic was chosen.
+    /// Reason why this topic was chosen.
     pub why: String,
     /// `header.frame_id` of its messages, where they have one.
     pub frame_id: Option<String>,

@@ -1,4 +1,4 @@
-//! What the topics of a log hold: from when to when, and every number that can be addressed, first and last.
+//! Contents of the topics of a log: their time spans, and the first and last value of every number that can be addressed.
 
 use std::{collections::BTreeMap, ops::ControlFlow};
 
@@ -15,7 +15,7 @@ use crate::{
 /// Messages beyond this are not kept to look into: images and clouds of points.
 const MOST_BYTES: usize = 1 << 20;
 
-/// What a topic holds.
+/// Contents of a topic.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct TopicContents {
     /// Intact messages.
@@ -26,7 +26,7 @@ pub struct TopicContents {
     pub end_ns: Option<i64>,
     /// The numbers in its messages, as far as they can be addressed and one of the two has them.
     pub fields: Vec<FieldContents>,
-    /// Why not all numbers are listed.
+    /// Reason why not all numbers are listed.
     pub note: Option<String>,
 }
 
@@ -36,13 +36,13 @@ pub struct TopicContents {
 pub struct FieldContents {
     /// Its path, as the machine file takes it.
     pub field: String,
-    /// In the first message; `None` if it has none.
+    /// Number in the first message; `None` if it has none.
     pub first: Option<f64>,
-    /// In the last message; `None` if it has none.
+    /// Number in the last message; `None` if it has none.
     pub last: Option<f64>,
 }
 
-/// What is kept of a topic in the pass.
+/// Data kept of a topic during the pass.
 #[derive(Default)]
 struct Seen {
     messages: u64,
@@ -53,7 +53,7 @@ struct Seen {
 }
 
 impl TopicContents {
-    /// From the first message to the last.
+    /// Returns the time from the first message to the last (s).
     #[must_use]
     pub fn duration_s(&self) -> Option<f64> {
         let (start_ns, end_ns) = self.start_ns.zip(self.end_ns)?;
@@ -69,10 +69,7 @@ impl TopicContents {
     }
 }
 
-/// Reads a whole log and says what every topic holds, in the order of the topics.
-///
-/// # Errors
-/// The log cannot be read. Damage is reported in the losses.
+/// Reads a whole log and returns the contents of every topic, in the order of the topics.
 pub fn topic_contents(log: &Log) -> Result<(Vec<TopicContents>, Losses), Error> {
     let ids: Vec<TopicId> = log.topics().iter().map(|topic| topic.id).collect();
     let mut seen: BTreeMap<TopicId, Seen> = BTreeMap::new();

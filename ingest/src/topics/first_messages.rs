@@ -16,18 +16,18 @@ const MESSAGES_WITH_ALL_NAMES: usize = 500;
 /// Joints that come in the same messages of a topic.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct JointGroup {
-    /// In order of first appearance.
+    /// Names in order of first appearance.
     pub(crate) joint_names: Vec<String>,
     /// Joints that a message names twice with different positions.
     pub(crate) twice: Vec<JointNamedTwice>,
     /// Joints whose position is never a number.
     pub(crate) without_position: Vec<String>,
-    /// The first messages that name them, and all of these.
+    /// Number of the first messages that name these joints, and of all first messages.
     messages: [u64; 2],
 }
 
 impl JointGroup {
-    /// How many of so many messages of the topic have the joints, by the share of the first ones.
+    /// Estimates the number of messages with the joints among `of_topic` messages of the topic, by their share of the first ones.
     pub(crate) fn share_of(&self, of_topic: u64) -> u64 {
         let [with, all] = self.messages.map(u128::from);
         let share = u128::from(of_topic) * with / all.max(1);

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::message::{Topic, TopicWriter};
 
-/// Whether the last message of a topic counts until the next one: by its name, or by what the log says of its writer.
+/// Whether the last message of a topic counts until the next one: by its name, or by the record of its writer in the log.
 ///
 /// ROS 1 writes `latching=1` into the header of a connection; rosbag2 the quality of service that was offered, in YAML:
 /// `durability: 1` or `durability: transient_local`.
@@ -16,7 +16,7 @@ pub(crate) fn is_latched(name: &str, says: &BTreeMap<String, String>) -> bool {
 }
 
 impl Topic {
-    /// Whether the last message counts until the next one, for everybody who subscribes later.
+    /// Whether the last message of the topic counts until the next one, also for later subscribers.
     #[must_use]
     pub fn is_latched(&self) -> bool {
         let says_so = |writer: &TopicWriter| is_latched(&self.name, &writer.says);

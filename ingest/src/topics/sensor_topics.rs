@@ -24,7 +24,7 @@ pub struct NamedTopics {
     pub odometry: Option<String>,
     /// The topic of the tool wrench.
     pub tool_wrench: Option<String>,
-    /// By topic, `header.frame_id` of the sensor that is meant where several share the topic.
+    /// `header.frame_id` of the sensor that is meant where several share a topic, by topic.
     pub frames: BTreeMap<String, String>,
     /// Kinds that the machine file binds number by number, which are not searched.
     pub bound_by_number: Vec<SensorKind>,
@@ -57,7 +57,7 @@ pub struct JointTopic {
     pub binding: Binding,
     /// The joints in its first messages, in order of first appearance.
     pub joint_names: Vec<String>,
-    /// How many messages have them, as far as known: all of the topic, or their share of the first ones.
+    /// Number of messages with the joints, if known: all of the topic, or their share of the first messages, extrapolated.
     pub message_count: Option<u64>,
     /// Joints that a message names twice with different positions.
     pub twice: Vec<JointNamedTwice>,
@@ -127,7 +127,7 @@ impl SensorTopics {
 pub struct RobotDescription {
     /// The name of its topic.
     pub topic: String,
-    /// When it was recorded, for the last time (ns).
+    /// Log time of the last message with it (ns).
     pub log_time_ns: i64,
     /// The text.
     pub text: String,

@@ -39,7 +39,7 @@ pub struct ClipRequest {
     pub start_ns: i64,
     /// Last log time (ns).
     pub end_ns: i64,
-    /// A record that says where the clip comes from.
+    /// A record with the origin of the clip.
     pub origin: MetadataRecord,
 }
 
@@ -160,9 +160,9 @@ struct Source {
 struct Cutter<'r> {
     request: &'r ClipRequest,
     writer: Writer<BufWriter<File>>,
-    /// By topic and writer.
+    /// Writers of the topics, by topic and writer.
     sources: Vec<Vec<Source>>,
-    /// Whether a message of the span has come: what is latched stands before it.
+    /// Whether a message of the span has come: latched messages stand before it.
     is_begun: bool,
     report: ClipReport,
 }

@@ -13,7 +13,7 @@ use crate::{
     topics::MetadataRecord,
 };
 
-/// Why recovery failed.
+/// Error: the recovery of a log failed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecoverError {
@@ -25,7 +25,7 @@ pub enum RecoverError {
     Write(#[from] WriteError),
 }
 
-/// What was recovered, and what was lost.
+/// Counts of the recovered messages, and the losses.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct RecoveryReport {
     /// Messages written, by topic name.
@@ -57,8 +57,8 @@ pub fn recover(log: &Log, out: &Path) -> Result<RecoveryReport, RecoverError> {
     recover_with(log, out, &|_| None)
 }
 
-/// Like [`recover`]; `record` makes a metadata record from the losses, which is written last: the origin
-/// of the new file.
+/// Recovers a log as [`recover`] does; `record` makes a metadata record from the losses, which is written last: the origin of the
+/// new file.
 ///
 /// # Errors
 /// As for [`recover`].
@@ -196,7 +196,7 @@ pub(super) fn profile(log: &Log) -> &'static str {
     }
 }
 
-/// Adds a channel for each writer of a topic; one if the log does not tell them apart.
+/// Adds a channel for each writer of a topic; one if the log does not distinguish them.
 pub(super) fn add_channels(
     writer: &mut Writer<BufWriter<File>>,
     topic: &Topic,
@@ -210,7 +210,7 @@ pub(super) fn add_channels(
     channels.collect()
 }
 
-/// Adds the channel of a writer of a topic: its definition as recorded, and what the log says of it.
+/// Adds the channel of a writer of a topic: its definition as recorded, and the log's record of the writer.
 fn add_channel(
     writer: &mut Writer<BufWriter<File>>,
     topic: &Topic,

@@ -21,7 +21,7 @@ use crate::schema::{CDR, Dialect, builtin};
 /// Small enough to lose little with a chunk, large enough to compress well.
 const CHUNK_BYTES: u64 = 1 << 20;
 
-/// Why a log could not be written.
+/// Error: a log could not be written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum WriteError {
@@ -38,7 +38,7 @@ pub enum WriteError {
     Write {
         /// The file.
         path: PathBuf,
-        /// What went wrong.
+        /// Error of the MCAP writer.
         source: McapError,
     },
     /// A message cannot be encoded.
@@ -46,7 +46,7 @@ pub enum WriteError {
     Encode {
         /// The file.
         path: PathBuf,
-        /// Why the message cannot be encoded.
+        /// Reason why the message cannot be encoded.
         problem: String,
     },
     /// The type is not built in, and no definition was given.

@@ -14,7 +14,7 @@ pub fn arguments() -> Vec<OsString> {
     without_secrets(std::env::args_os())
 }
 
-/// The same for arguments that do not come from the operating system.
+/// Removes secrets from arguments that do not come from the operating system.
 pub fn without_secrets(given: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
     given.into_iter().map(argument).collect()
 }

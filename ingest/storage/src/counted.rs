@@ -12,7 +12,7 @@ use object_store::{ClientOptions, Result};
 
 use crate::listing::without_unnameable;
 
-/// What reading or writing a place has cost.
+/// Requests and bytes that reading or writing a place has taken.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Transfer {
     /// Requests sent, with those that failed.
@@ -32,7 +32,7 @@ impl std::ops::Add for Transfer {
     }
 }
 
-/// What a server said of a request.
+/// Answer of a server to a request, as far as errors need it.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(crate) struct Said {
     /// `None` before an answer.
@@ -145,7 +145,7 @@ impl HttpService for Service {
     }
 }
 
-/// Whether a request asks a bucket for its objects.
+/// Whether a request asks a bucket for a list of its objects.
 fn is_list(request: &HttpRequest) -> bool {
     let parts = request.uri().query().unwrap_or_default().split('&');
     // S3 and Google, and Azure
@@ -155,7 +155,8 @@ fn is_list(request: &HttpRequest) -> bool {
             .any(|part| matches!(part, "list-type=2" | "comp=list"))
 }
 
-/// What an answer that is no success says, and the answer: the client drops the headers, and the body of some.
+/// Reads an answer that is no success, and returns its statements with the answer itself: the client drops the headers, and the
+/// body of some.
 async fn refusal(response: HttpResponse) -> Result<(Said, HttpResponse), HttpError> {
     let (head, body) = response.into_parts();
     let bytes = body.bytes().await?;

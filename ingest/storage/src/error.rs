@@ -1,11 +1,11 @@
-//! What can go wrong with a place.
+//! Errors of reading or writing a place.
 
 use std::fmt;
 use std::time::Duration;
 
 use crate::redact::redact;
 
-/// Why a place could not be read or written.
+/// Reason why a place could not be read or written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum ErrorKind {
@@ -13,7 +13,7 @@ pub enum ErrorKind {
     NotAPlace,
     /// There is no such object, bucket or file.
     NotFound,
-    /// The credentials do not permit it, or there are none.
+    /// The credentials do not permit the request, or there are none.
     PermissionDenied,
     /// The object was replaced while it was read: what was read and what follows are not of one version.
     Changed,
@@ -21,13 +21,13 @@ pub enum ErrorKind {
     TimedOut,
     /// The server could not be reached or answered with an error, after all attempts.
     Unavailable,
-    /// The server sent other bytes than were asked for, or the connection broke, after all attempts.
+    /// The server sent other bytes than requested, or the connection broke, after all attempts.
     Incomplete,
     /// The server does not serve parts of an object.
     NoRanges,
     /// Only the whole object can be read, which was not allowed.
     WholeRead,
-    /// This kind of place cannot do it.
+    /// This kind of place does not support the operation.
     Unsupported,
     /// The local file system refused.
     Local(std::io::ErrorKind),
@@ -42,7 +42,7 @@ pub struct Error {
     pub place: String,
     /// The kind of error.
     pub kind: ErrorKind,
-    /// What was found, and what to do about it.
+    /// Found content or error, with the remedy.
     pub detail: String,
 }
 

@@ -1,11 +1,11 @@
-//! What a bucket lists: keys that no request can name are taken out of an answer, because one of them makes the client refuse all
-//! the others.
+//! Lists of a bucket's keys: keys that no request can name are taken out of an answer, because one of them makes the client
+//! refuse all the others.
 
 use std::ops::Range;
 
 use crate::key::key_of;
 
-/// An element of an answer, and the element in it that holds the key.
+/// An element of an answer, with the inner element that holds the key.
 struct Kind {
     begin: &'static str,
     end: &'static str,
@@ -77,14 +77,14 @@ pub(crate) fn without_unnameable(answer: &str) -> (String, Vec<String>) {
     (answer, unnameable)
 }
 
-/// What is between the first of these marks and the next one.
+/// Returns the range between the first `begin` mark and the `end` mark that follows it.
 fn between(text: &str, begin: &str, end: &str) -> Option<Range<usize>> {
     let start = text.find(begin)? + begin.len();
     let length = text[start..].find(end)?;
     Some(start..start + length)
 }
 
-/// A text of XML as it is meant.
+/// Replaces the entities in a text of XML by their characters.
 fn unescaped(text: &str) -> String {
     let mut meant = String::with_capacity(text.len());
     let mut rest = text;
@@ -101,7 +101,7 @@ fn unescaped(text: &str) -> String {
     meant
 }
 
-/// The character that an entity of XML stands for.
+/// Returns the character of an entity of XML.
 fn character(name: &str) -> Option<char> {
     Some(match name {
         "amp" => '&',

@@ -49,13 +49,13 @@ struct Shared {
 
 #[derive(Default)]
 struct State {
-    /// What the file has.
+    /// Ranges that the file has.
     present: RangeSet,
     /// Requests that are under way.
     running: Vec<Range<u64>>,
     /// Requests that may be made ahead, in the order of reading.
     ahead: VecDeque<Range<u64>>,
-    /// How many of them at a time. It grows while they are used, so that a reader that stops early has cost little.
+    /// Number of requests made ahead at a time. It grows while they are used, so that a reader that stops early has cost little.
     window: usize,
     /// The first error; every later read that needs a transfer fails with it.
     failure: Option<Error>,
@@ -66,7 +66,7 @@ impl Object {
     /// Opens an object with one request: for its last bytes. (Azure needs two.)
     ///
     /// # Errors
-    /// It is absent, cannot be read, or the place is local.
+    /// The object is absent, cannot be read, or the place is local.
     pub fn open(location: &Location) -> Result<Self, Error> {
         let remote = location
             .as_remote()
@@ -151,7 +151,7 @@ impl Object {
         self.shared.bucket.counts.transfer()
     }
 
-    /// The temporary file. It has the size of the object, but only those bytes that were asked for.
+    /// The temporary file. It has the size of the object, but only the requested bytes.
     pub fn data(&self) -> &Path {
         &self.data
     }
@@ -238,7 +238,7 @@ impl Object {
 }
 
 impl State {
-    /// What of a range neither is there nor comes.
+    /// Returns the parts of a range that are neither present nor requested.
     fn missing(&self, range: &Range<u64>) -> Vec<Range<u64>> {
         let mut known = self.present.clone();
         self.running

@@ -107,7 +107,7 @@ mod tests {
             }
         }
 
-        /// Requests hold all bytes asked for, once, and few others.
+        /// Requests hold all requested bytes, once, and few others.
         #[test]
         fn merged_requests_cover_the_ranges(
             ranges in prop::collection::vec((0_u64..500, 0_u64..50), 0..12), gap in 0_u64..20, most in 1_u64..200,

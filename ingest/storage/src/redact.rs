@@ -6,11 +6,11 @@
 use std::collections::BTreeSet;
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
-/// What stands for a secret.
+/// Text that replaces a secret.
 const HIDDEN: &str = "[redacted]";
 /// Shorter words may stand in a message for another reason.
 const SHORTEST_PASSWORD: usize = 4;
-/// The same, for the values of a query: most of them are no secrets.
+/// Shortest query, or value of a query, that is hidden in other texts: most of them are no secrets.
 const SHORTEST_VALUE: usize = 16;
 
 /// The text with user names and passwords, queries and fragments of all its URLs replaced; so is whatever this
@@ -47,7 +47,7 @@ pub fn redact(text: &str) -> String {
     out
 }
 
-/// The same for a text that is one URL, or was meant as one: it may contain spaces and quotes.
+/// Redacts a text that is one URL, or was meant as one: it may contain spaces and quotes.
 pub(crate) fn redact_one(text: &str) -> String {
     match text.split_once("://") {
         Some((scheme, url)) => {
@@ -59,7 +59,7 @@ pub(crate) fn redact_one(text: &str) -> String {
     }
 }
 
-/// What follows `scheme://`.
+/// Appends a URL without its secrets; `url` is the part behind `scheme://`.
 fn redact_url(scheme: &str, url: &str, out: &mut String) {
     let is_any = |schemes: &[&str]| schemes.iter().any(|one| one.eq_ignore_ascii_case(scheme));
     let is_bucket = is_any(&["s3", "s3a", "gs", "az", "abfs", "abfss", "file"]);
@@ -111,7 +111,7 @@ fn first_folder(path: &str) -> &str {
     folders.next().unwrap_or("")
 }
 
-/// Whether something else than a port follows the colon of a host.
+/// Whether the colon of a host is followed by something else than a port.
 fn has_no_port(host: &str) -> bool {
     let after = match host.strip_prefix('[') {
         // an address of IPv6
@@ -171,7 +171,7 @@ pub(crate) fn hide_query(query: &str) {
     }
 }
 
-/// Hides the values of variables whose names say that they are secret.
+/// Hides the values of variables whose names mark them as secret.
 pub(crate) fn hide_variables(variables: &[(String, String)]) {
     let is_secret = |name: &str| {
         let parts = ["SECRET", "TOKEN", "PASSWORD", "SAS", "SIGNATURE", "_KEY"];

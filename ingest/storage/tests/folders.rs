@@ -7,7 +7,7 @@ use tipwatch_storage::{
 use crate::server::{Fault, SECRET, Server};
 use crate::support::{access, errors_of, folder, serve};
 
-/// What every folder does.
+/// Checks the contract that every folder keeps.
 pub(crate) fn keeps_its_contract(folder: &Folder) {
     let keys = |pattern: &str| -> Vec<String> {
         let found = folder.list(pattern).unwrap();

@@ -170,7 +170,8 @@ fn described(
     Ok((message.clone(), notes))
 }
 
-/// How the unit of a signal was taken.
+/// Returns the note on the unit of a signal: converted, taken as SI, or left to scale and offset of the machine file; `None` for
+/// an SI unit.
 fn unit_note(can: &CanSpec, signal: &Signal) -> Option<String> {
     let name = format!("{}.{}", can.topic(), can.signal);
     match (signal.is_converted, signal.unit.as_str()) {

@@ -1,7 +1,7 @@
-//! The file of a commissioning: for which machine it was done, with what result.
+//! File of a commissioning: the machine it is of, and its result.
 //!
-//! It is JSON. Its `seal` is the SHA-256 of everything else in it: a change of the file by accident or by hand is noticed. It
-//! is no protection against somebody who computes the seal anew.
+//! The file is JSON. Its `seal` is the SHA-256 of everything else in the file: a change by accident or by hand is noticed. The
+//! seal is no protection against somebody who computes it anew.
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -9,15 +9,17 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 use tipwatch_calibration::commissioning::{Assessment, Status};
 use tipwatch_language::{message, say};
-use tipwatch_mechanics::machine::{Machine, Proof, Proofs};
+use tipwatch_mechanics::machine::{Commissioned, Machine, Proof};
 
 use crate::files::read_text;
 use crate::files::sha256;
 use crate::machine_file::{MachineFile, Urdf};
 
-/// Version of the file. Version 1 does not say when its drive was recorded.
-const SCHEMA: u32 = 2;
+/// Version of the file. Version 1 does not say when its drive was recorded, and none before 3 at which positions it has shown a joint:
+/// these prove no joint.
+const SCHEMA: u32 = 3;
 const OLDEST_SCHEMA: u32 = 1;
+const FIRST_WITH_RANGES: u32 = 3;
 
 /// A commissioning of one machine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -37,7 +39,7 @@ pub struct Commissioning {
     pub source: String,
     /// SHA-256 of the log, hexadecimal; for a live session, of its samples in order of arrival.
     pub source_sha256: String,
-    /// When the result was written (UTC, RFC 3339).
+    /// Time at which the result was written (UTC, RFC 3339).
     pub made_at: String,
     /// Stamp of the first sample of the drive (ns since 1970, where the sensors know the time of day). A result can be made from
     /// an old drive: this is how old it is. `None` in a file of version 1.
@@ -65,15 +67,18 @@ pub struct CommissioningItem {
     pub value: Option<f64>,
     /// Its standard deviation.
     pub sigma: Option<f64>,
-    /// What it should be.
+    /// Expected value.
     pub expected: Option<f64>,
     /// Standard deviations by which the nearest alternative is excluded.
     pub excluded_sigmas: Option<f64>,
+    /// Least and greatest position of a joint at which the item was shown (rad or m); `None` for other items.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub range: Option<[f64; 2]>,
     /// Evidence, likely correction, or missing motion.
     pub text: String,
 }
 
-/// Where a result comes from.
+/// Origin of a result.
 #[derive(Debug, Clone)]
 pub struct CommissioningSource {
     /// The log, or "live session" with its identity.
@@ -88,7 +93,7 @@ pub struct CommissioningSource {
     pub recorded_from_ns: Option<i64>,
 }
 
-/// Why a commissioning does not count.
+/// Error: a commissioning cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum CommissioningError {
     /// The file cannot be read.
@@ -99,21 +104,21 @@ pub enum CommissioningError {
         /// The error of the operating system.
         source: std::io::Error,
     },
-    /// It is not the result of a commissioning.
+    /// The file is not the result of a commissioning.
     #[error("{}: not the result of a commissioning", path.display())]
     Parse {
         /// The file.
         path: PathBuf,
-        /// What the parser found.
+        /// Error of the JSON parser.
         source: serde_json::Error,
     },
-    /// It was changed.
+    /// The file was changed.
     #[error("{}: expected the seal of its content, found another: the file was changed after the commissioning", path.display())]
     Seal {
         /// The file.
         path: PathBuf,
     },
-    /// It is of another machine, or the machine has changed since.
+    /// The file is of another machine, or the machine has changed since.
     #[error("{}: expected a commissioning of this {what}, found one of another: commission the machine again, or use the file with which it was commissioned", path.display())]
     OtherMachine {
         /// The file.
@@ -121,12 +126,12 @@ pub enum CommissioningError {
         /// "machine file" or "URDF".
         what: &'static str,
     },
-    /// It contradicts the machine file.
+    /// The commissioning contradicts the machine file.
     #[error("{}: expected a commissioning without contradictions, found: {text}", path.display())]
     Contradicted {
         /// The file.
         path: PathBuf,
-        /// What is contradicted.
+        /// The contradicted items.
         text: String,
     },
 }
@@ -147,6 +152,7 @@ impl Commissioning {
             sigma: item.figure.map(|figure| figure.sigma),
             expected: item.figure.map(|figure| figure.expected),
             excluded_sigmas: item.sigmas,
+            range: item.range,
             text: item.text.clone(),
         });
         let mut made = Self {
@@ -186,7 +192,7 @@ impl Commissioning {
     /// Reads a file and checks its seal.
     ///
     /// # Errors
-    /// It cannot be read, is not a result of a commissioning, or was changed.
+    /// The file cannot be read, is not a result of a commissioning, or was changed.
     pub fn read(path: &Path) -> Result<Self, CommissioningError> {
         let text = read_text(path).map_err(|source| CommissioningError::Read {
             path: path.into(),
@@ -204,10 +210,10 @@ impl Commissioning {
         Ok(found)
     }
 
-    /// Checks that it is of this machine and contradicts nothing.
+    /// Checks that the commissioning is of this machine and contradicts nothing.
     ///
     /// # Errors
-    /// It is of another machine file or URDF, or contradicted.
+    /// The commissioning is of another machine file or URDF, or is contradicted.
     pub fn check(
         &self,
         path: &Path,
@@ -240,10 +246,10 @@ impl Commissioning {
         }
     }
 
-    /// What it has proven of the signals that the loads of the machine hang on, or a person confirmed. A signal of which an
-    /// item is open or missing is not among it.
+    /// Returns the signals that the commissioning proved or a person confirmed, among those that the loads of the machine depend
+    /// on, and for joints the positions for which the proof holds. A signal with an open or missing item is not included.
     #[must_use]
-    pub fn proven(&self, machine: &Machine) -> Proofs {
+    pub fn proven(&self, machine: &Machine) -> Commissioned {
         let is_shown = |item: &CommissioningItem| {
             let status = Status::from_str(&item.status);
             matches!(status, Ok(Status::Proven | Status::Confirmed))
@@ -297,7 +303,19 @@ impl Commissioning {
             }
         };
         let all = Proof::all(machine.joints().len());
-        all.filter(|&proof| is_proven(proof)).collect()
+        let proofs = all.filter(|&proof| is_proven(proof)).collect();
+        let joints = machine.joints().iter();
+        let ranges = joints.map(|joint| self.range(&joint.name)).collect();
+        Commissioned::new(machine, proofs, ranges)
+    }
+
+    /// The positions at which all was shown that was asked about the position of a joint (rad or m); `None` where the file says none.
+    fn range(&self, joint: &str) -> Option<[f64; 2]> {
+        let keys = ["sign", "scale", "steering"].map(|part| format!("joint.{joint}.{part}"));
+        let items = self.items.iter().filter(|item| keys.contains(&item.key));
+        let ranges: Option<Vec<[f64; 2]>> = items.map(|item| item.range).collect();
+        let all = ranges?.into_iter();
+        all.reduce(|a, b| [a[0].max(b[0]), a[1].min(b[1])])
     }
 
     /// The items with this status.
@@ -310,7 +328,7 @@ impl Commissioning {
             .collect()
     }
 
-    /// What it says, as a sentence.
+    /// Summarises the commissioning in a sentence.
     #[must_use]
     pub fn statement(&self) -> String {
         let count = |status| self.with_status(status).len();
@@ -322,7 +340,7 @@ impl Commissioning {
             count(Status::Proven),
             count(Status::Confirmed)
         );
-        match open.len() {
+        let shown = match open.len() {
             0 => shown,
             more => {
                 let keys: Vec<&str> = open.iter().map(|item| item.key.as_str()).collect();
@@ -331,17 +349,24 @@ impl Commissioning {
                     keys.join(", ")
                 )
             }
+        };
+        match self.schema < FIRST_WITH_RANGES {
+            true => say!(
+                "{shown}; it does not say at which positions its drive has shown the joints, and proves none of them: assess the drive \
+                 again with check-machine"
+            ),
+            false => shown,
         }
     }
 }
 
-/// What is said of a machine without a commissioning.
+/// Statement about a machine without a commissioning.
 pub const NOT_COMMISSIONED: &str = message!(
     "not commissioned: signs, axes, order, scale and mounting of the sensors are taken from the machine file and were not proven by a commissioning drive"
 );
 
 impl MachineFile {
-    /// The same bound to this result of a commissioning, instead of the one that it names.
+    /// Binds the machine file to this result of a commissioning, instead of the one that it names.
     ///
     /// # Errors
     /// The file cannot be found.

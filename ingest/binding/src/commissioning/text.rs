@@ -12,11 +12,11 @@ const ORDER: [Status; 4] = [
     Status::Proven,
 ];
 
-/// What no comparison of signals shows, said with every result.
+/// Limits of the check: faults that no comparison of signals shows, stated with every result.
 const BEYOND: &str = "Not part of the check: zeros of the encoders, masses and the positions of sensors and wheels (compare weighed loads and \
      measured postures), and faults that only arise later (the running checks look for them).";
 
-/// The result as text: motions recognised, items, and what it means.
+/// Returns the result as text: motions recognised, items, and their meaning.
 #[must_use]
 pub fn commissioning_text(assessment: &Assessment) -> String {
     let mut text = String::new();

@@ -1,16 +1,16 @@
-//! Why a machine cannot be bound to a log.
+//! Errors of binding a machine to a log.
 
 use tipwatch_ingest::SensorKind;
 use tipwatch_mechanics::MachineError;
 use tipwatch_mechanics::state::JointTwice;
 
-/// Why a machine cannot be bound to a log.
+/// Error: a machine cannot be bound to a log.
 #[derive(Debug, thiserror::Error)]
 pub enum BindError {
     /// The log cannot be read, or a signal is missing, of the wrong type or ambiguous.
     #[error(transparent)]
     Log(#[from] tipwatch_ingest::Error),
-    /// The machine description is invalid, or the log lacks what it needs.
+    /// The machine description is invalid, or the log lacks a signal that it needs.
     #[error(transparent)]
     Machine(#[from] MachineError),
     /// Two topics measure one joint.
@@ -38,7 +38,7 @@ pub enum BindError {
         log: String,
         /// Every topic with its type.
         topics: String,
-        /// Which of their messages were lost, as " that can be read: ...", or empty.
+        /// Lost messages of joint states, as " that can be read: ...", or empty.
         lost: String,
     },
     /// The machine file states the clock offset of a topic that does not exist.

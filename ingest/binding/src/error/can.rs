@@ -1,11 +1,11 @@
-//! Why a CAN signal cannot be read.
+//! Errors of reading a CAN signal.
 
 use std::io;
 use std::path::PathBuf;
 
 use tipwatch_can::DatabaseError;
 
-/// Why a CAN signal cannot be read.
+/// Error: a CAN signal cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum CanError {
     /// The DBC file cannot be read.
@@ -16,22 +16,22 @@ pub enum CanError {
         /// The error of the operating system.
         source: io::Error,
     },
-    /// It is not a DBC file.
+    /// The file is not a DBC file.
     #[error("{}: {source}", path.display())]
     Dbc {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// Error in the DBC file.
         source: DatabaseError,
     },
-    /// It lacks a message.
+    /// The DBC file lacks a message.
     #[error("{}: expected the message {message}, found: {}", path.display(), available.join(", "))]
     NoMessage {
         /// The file.
         path: PathBuf,
         /// The message.
         message: String,
-        /// Those that it has.
+        /// Messages that the file has.
         available: Vec<String>,
     },
     /// A parameter group whose layout is not built in.
@@ -42,7 +42,7 @@ pub enum CanError {
     NoGroup {
         /// The parameter group number.
         pgn: u32,
-        /// Those that are.
+        /// Parameter groups whose layout is built in.
         known: Vec<u32>,
     },
     /// A message lacks a signal.
@@ -52,7 +52,7 @@ pub enum CanError {
         message: String,
         /// The signal.
         signal: String,
-        /// Those that it has.
+        /// Signals that the message has.
         available: Vec<String>,
     },
 }

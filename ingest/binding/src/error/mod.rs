@@ -1,4 +1,4 @@
-//! Why a machine cannot be bound to a log, and why a CAN (controller area network) signal cannot be read.
+//! Errors of binding a machine to a log and of reading a CAN (controller area network) signal.
 
 mod bind;
 mod can;

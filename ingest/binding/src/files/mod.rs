@@ -1,4 +1,4 @@
-//! Files that are read whole: their text, and what they are known by.
+//! Files that are read whole: their text and their hash.
 
 mod hash;
 mod text;

@@ -16,7 +16,7 @@ pub(crate) use descriptions::{mass_text, other_mass};
 /// A machine file as read.
 #[derive(Debug, Clone)]
 pub struct MachineFile {
-    /// Where it is.
+    /// Path of the file.
     pub path: PathBuf,
     /// Its content.
     pub spec: MachineSpec,
@@ -24,7 +24,7 @@ pub struct MachineFile {
     pub text: String,
     /// Whether impossible inertias are accepted by option and not by a key.
     accepts_by_option: bool,
-    /// Whether it has another name than in its text.
+    /// Whether the machine has another name than in the text of the file.
     is_renamed: bool,
 }
 
@@ -37,7 +37,7 @@ pub struct Urdf {
     pub text: String,
 }
 
-/// Why a machine file cannot be used.
+/// Error: a machine file cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum MachineFileError {
     /// The machine file cannot be read.
@@ -63,7 +63,7 @@ pub enum MachineFileError {
     TwoUrdfs {
         /// The machine file.
         file: PathBuf,
-        /// The URDF that it names.
+        /// URDF that the machine file names.
         named: PathBuf,
         /// The URDF that was given.
         given: PathBuf,
@@ -79,7 +79,7 @@ pub enum MachineFileError {
     NoUrdf {
         /// The machine file.
         file: PathBuf,
-        /// Where else it could come from.
+        /// Other possible source of the URDF, as text.
         elsewhere: &'static str,
     },
     /// The log has several URDFs, and they describe different machines.
@@ -94,17 +94,17 @@ pub enum MachineFileError {
         file: PathBuf,
         /// The topic.
         topic: String,
-        /// How many different ones.
+        /// Number of different robot descriptions.
         count: usize,
         /// The first link that differs.
         link: String,
-        /// What it weighs in an earlier one.
+        /// Mass of the link in an earlier description, as text.
         earlier: String,
-        /// When that was recorded (ns).
+        /// Log time of that description (ns).
         earlier_ns: i64,
-        /// What it weighs in the last one.
+        /// Mass of the link in the last description, as text.
         last: String,
-        /// When that was recorded (ns).
+        /// Log time of the last description (ns).
         last_ns: i64,
     },
     /// The log that may contain the URDF cannot be read.
@@ -145,7 +145,7 @@ impl MachineFile {
         })
     }
 
-    /// The same with this URDF, for a machine file that names none.
+    /// Adds a URDF to a machine file that names none.
     ///
     /// # Errors
     /// The machine file names another one, or the URDF cannot be found.
@@ -170,10 +170,10 @@ impl MachineFile {
         Ok(self)
     }
 
-    /// The same with impossible inertias of the URDF accepted, as `accept_inertias = true` in the machine file does.
+    /// Accepts impossible inertias of the URDF, as `accept_inertias = true` in the machine file does.
     ///
     /// # Errors
-    /// The machine file says that they are not.
+    /// The machine file refuses them.
     pub fn accepting_inertias(mut self) -> Result<Self, MachineFileError> {
         match self.spec.accept_inertias {
             Some(true) => {}
@@ -186,7 +186,7 @@ impl MachineFile {
         Ok(self)
     }
 
-    /// The same machine with this name.
+    /// Names the machine.
     #[must_use]
     pub fn named(mut self, name: &str) -> Self {
         self.is_renamed |= self.spec.name != name;
@@ -200,7 +200,7 @@ impl MachineFile {
         self.is_renamed.then_some(self.spec.name.as_str())
     }
 
-    /// The text of a machine file that describes this machine: its own, with what an option added to it.
+    /// Returns the text of a machine file that describes this machine: its own, with the key that an option added.
     #[must_use]
     pub fn effective_text(&self) -> Cow<'_, str> {
         match self.accepts_by_option {

@@ -50,7 +50,7 @@ pub(super) struct Asc<R> {
     last_ns: i64,
 }
 
-/// What a line is.
+/// Kind of a line of an ASC file.
 enum Line {
     Frame,
     /// An event of another kind, or a comment.
@@ -100,7 +100,7 @@ impl<R: BufRead> Asc<R> {
                     let shown = shown(&line);
                     let reason =
                         say!("expected an event of Vector ASC in a whole line, found \"{shown}\"");
-                    lost.lose(self.lines.range(), reason);
+                    self.lines.lose(lost, &reason);
                 }
             }
         }
@@ -298,7 +298,7 @@ impl<R: BufRead> Asc<R> {
     }
 }
 
-/// How the names of months begin, in English and in German, in which a program writes them as its computer does.
+/// Beginnings of the names of months in English and German; programs write them in the language of their computer.
 const MONTHS: [&[&[u8]]; 12] = [
     &[b"jan", b"j\xe4n", "j\u{e4}n".as_bytes()],
     &[b"feb"],

@@ -1,11 +1,17 @@
 //! Vector BLF: objects in zlib-compressed containers.
 
-use std::io::{self, Read, Seek, SeekFrom};
+use std::{
+    io::{self, Read, Seek, SeekFrom},
+    ops::Range,
+};
 
 use flate2::read::ZlibDecoder;
 use tipwatch_language::{say, word};
 
-use super::{calendar::unix_ns, channels::Channels, lost::LostRanges, open_error::OpenError};
+use super::{
+    calendar::unix_ns, channels::Channels, lost::LostRanges, open_error::OpenError,
+    written::Written,
+};
 use crate::{
     bits::{find, u16_at, u32_at, u64_at},
     frame::{CanId, Frame, FrameKind, MOST_DATA_BYTES, fd_length},
@@ -21,6 +27,9 @@ const MOST_CONTAINER_BYTES: u64 = 16 << 20;
 /// Far above the largest object of a frame; other objects may be larger and are passed over.
 const MOST_OBJECT_BYTES: usize = 4 << 20;
 const SEARCH_BYTES: usize = 64 << 10;
+/// Zeros between objects: as loggers write them, and at most.
+const USUAL_PADDING: usize = 3;
+const MOST_PADDING: usize = 7;
 
 /// Types of objects.
 mod object {
@@ -44,13 +53,23 @@ pub(super) struct Blf<R> {
     /// Decompressed objects; an object may continue in the next container.
     inner: Vec<u8>,
     inner_at: usize,
+    /// Offset in `inner` of the objects of the last container.
+    joint: usize,
+    /// Whether the content of the last container ends with damage: nothing confirms it, and the next one does not continue it.
+    is_damaged: bool,
+    /// Bytes lost behind the objects that were found in the last container, with the reason.
+    lost_behind: Option<(Range<u64>, String)>,
     /// The bytes of the file from which the objects came.
-    inner_bytes: std::ops::Range<u64>,
+    inner_bytes: Range<u64>,
 }
 
 impl<R: Read + Seek> Blf<R> {
     pub(super) fn open(mut source: R, lost: &mut LostRanges) -> Result<Self, OpenError> {
-        let len = source.seek(SeekFrom::End(0))?;
+        let written = Written::of(&mut source)?;
+        if let Some(note) = written.note() {
+            lost.note(note);
+        }
+        let len = written.bytes;
         source.seek(SeekFrom::Start(0))?;
         let mut header = Vec::new();
         (&mut source)
@@ -83,6 +102,9 @@ impl<R: Read + Seek> Blf<R> {
             len,
             inner: Vec::new(),
             inner_at: 0,
+            joint: 0,
+            is_damaged: false,
+            lost_behind: None,
             inner_bytes: 0..0,
         })
     }
@@ -95,12 +117,21 @@ impl<R: Read + Seek> Blf<R> {
     ) -> io::Result<bool> {
         loop {
             while let Some(range) = self.next_object(lost) {
+                let is_joined = range.start < self.joint && self.joint < range.end;
+                if is_joined && !self.is_at_object(MOST_PADDING)? {
+                    lost.lose(
+                        self.inner_bytes.clone(),
+                        word!("an object that the next container does not continue"),
+                    );
+                    self.inner_at = self.joint;
+                    continue;
+                }
                 let object = self.inner.get(range).unwrap_or_default();
                 match parse(object, self.start_ns, frame, channels) {
                     None => {}
                     Some(Some(Body::Whole(_))) => return Ok(true),
                     // a size that is damaged leads to no object
-                    Some(Some(Body::Shortened(_))) if self.is_at_object()? => {
+                    Some(Some(Body::Shortened(_))) if self.is_at_object(USUAL_PADDING)? => {
                         lost.note(word!(
                             "the logger left out the last bytes of frames (they are zero as a rule): they are read as zero"
                         ));
@@ -126,29 +157,28 @@ impl<R: Read + Seek> Blf<R> {
     }
 
     /// Whether an object or the end of the file is next, behind no more than padding.
-    fn is_at_object(&mut self) -> io::Result<bool> {
-        const MOST_PADDING: usize = 3;
+    fn is_at_object(&mut self, most_padding: usize) -> io::Result<bool> {
         let rest = self.inner.get(self.inner_at..).unwrap_or_default();
         let mut beginning = rest
-            .get(..rest.len().min(MOST_PADDING + OBJECT_MAGIC.len()))
+            .get(..rest.len().min(most_padding + OBJECT_MAGIC.len()))
             .unwrap_or_default()
             .to_vec();
         if beginning.len() < OBJECT_MAGIC.len() {
             // the next container or object of the file
             self.source.seek(SeekFrom::Start(self.at))?;
-            let missing = MOST_PADDING + OBJECT_MAGIC.len() - beginning.len();
+            let missing = (most_padding + OBJECT_MAGIC.len() - beginning.len()) as u64;
             (&mut self.source)
-                .take(missing as u64)
+                .take(missing.min(self.len.saturating_sub(self.at)))
                 .read_to_end(&mut beginning)?;
         }
         let padding = find(&beginning, OBJECT_MAGIC).unwrap_or(beginning.len());
-        let is_end = beginning.len() <= MOST_PADDING;
+        let is_end = beginning.len() <= most_padding;
         let is_zero = beginning.iter().take(padding).all(|&byte| byte == 0);
-        Ok(is_zero && (is_end || padding <= MOST_PADDING))
+        Ok(is_zero && (is_end || padding <= most_padding))
     }
 
     /// The next whole object among the decompressed bytes.
-    fn next_object(&mut self, lost: &mut LostRanges) -> Option<std::ops::Range<usize>> {
+    fn next_object(&mut self, lost: &mut LostRanges) -> Option<Range<usize>> {
         loop {
             let rest = self.inner.get(self.inner_at..)?;
             // objects are padded, by fewer than eight bytes
@@ -164,7 +194,7 @@ impl<R: Read + Seek> Blf<R> {
                     self.inner_bytes.clone(),
                     word!("expected an object (LOBJ), found other bytes"),
                 );
-                let next = find(rest, OBJECT_MAGIC);
+                let next = find(rest, OBJECT_MAGIC).filter(|_| !self.is_damaged);
                 self.inner_at += next.unwrap_or(rest.len() - OBJECT_MAGIC.len());
                 next?;
                 continue;
@@ -190,6 +220,9 @@ impl<R: Read + Seek> Blf<R> {
 
     /// Appends the objects of the next container; `false` at the end of the file.
     fn refill(&mut self, lost: &mut LostRanges) -> io::Result<bool> {
+        if let Some((bytes, problem)) = self.lost_behind.take() {
+            lost.lose(bytes, problem);
+        }
         loop {
             let start = self.at;
             if start >= self.len {
@@ -231,6 +264,10 @@ impl<R: Read + Seek> Blf<R> {
                 .take(available - start - BASE_BYTES as u64)
                 .read_to_end(&mut body)?;
             self.forget_read();
+            if std::mem::take(&mut self.is_damaged) {
+                self.inner.clear();
+            }
+            self.joint = self.inner.len();
             let kind = u32_at(&head, 12).unwrap_or(0);
             if kind != object::LOG_CONTAINER {
                 // an object outside containers, as uncompressed files have them
@@ -241,17 +278,22 @@ impl<R: Read + Seek> Blf<R> {
                 return Ok(true);
             }
             self.inner_bytes = start..available;
-            let problem = unpack(&body, &mut self.inner);
+            let damage = unpack(&body, &mut self.inner);
             self.at = available;
-            if end > self.len {
-                lost.lose(start..available, word!("the file ends within a container"));
-            } else if let Some(problem) = problem {
+            if let Some(damage) = &damage {
                 // the size may be what is damaged: a container that starts within is found
-                self.at = self
-                    .search(start + OBJECT_MAGIC.len() as u64)?
-                    .min(available);
-                lost.lose(start..self.at, problem);
+                let content = damage.content_bytes;
+                let behind = content.map_or(OBJECT_MAGIC.len(), |bytes| BASE_BYTES + bytes);
+                self.at = self.search(start + behind as u64)?.min(available);
+                self.is_damaged = content.is_none();
             }
+            let problem = match damage {
+                _ if end > self.len && self.at == available => {
+                    Some(word!("the file ends within a container").to_owned())
+                }
+                damage => damage.map(|damage| damage.problem),
+            };
+            self.lost_behind = problem.map(|problem| (start..self.at, problem));
             return Ok(true);
         }
     }
@@ -294,36 +336,73 @@ fn rest_is_object(inner: &[u8], at: usize) -> bool {
         .is_some_and(|rest| find(rest, OBJECT_MAGIC).is_some())
 }
 
-/// Appends the objects of a container; what is wrong with it, if something is. The intact beginning is kept.
-fn unpack(body: &[u8], into: &mut Vec<u8>) -> Option<String> {
+const NOT_PACKED: u16 = 0;
+const ZLIB: u16 = 2;
+
+/// Damage of a container.
+struct Damage {
+    problem: String,
+    /// The bytes that its content takes, if that is whole all the same.
+    content_bytes: Option<usize>,
+}
+
+/// Appends the objects of a container, and returns what is wrong with it. The beginning before damage is kept.
+fn unpack(body: &[u8], into: &mut Vec<u8>) -> Option<Damage> {
     const HEADER_BYTES: usize = 16;
+    let damage = |content_bytes, problem| {
+        Some(Damage {
+            problem,
+            content_bytes,
+        })
+    };
     let method = u16_at(body, 0);
     let declared = u64::from(u32_at(body, 8).unwrap_or(0));
     let Some(data) = body.get(HEADER_BYTES..) else {
-        return Some(word!("a container without a header").to_owned());
+        return damage(None, word!("a container without a header").to_owned());
     };
     match method {
-        Some(0) => {
+        Some(NOT_PACKED) => {
             into.extend_from_slice(data);
             None
         }
-        Some(2) => {
+        Some(ZLIB) => {
             let before = into.len();
-            let mut decoder = ZlibDecoder::new(data).take(declared.min(MOST_CONTAINER_BYTES));
-            let result = decoder.read_to_end(into);
+            let mut decoder = ZlibDecoder::new(data);
+            let result = decoder
+                .by_ref()
+                .take(MOST_CONTAINER_BYTES)
+                .read_to_end(into);
             let found = (into.len() - before) as u64;
+            let used = usize::try_from(decoder.total_in()).unwrap_or(data.len());
+            let behind = data.get(used..).unwrap_or_default();
             match result {
-                Err(error) => Some(say!("damaged zlib after {found} bytes: {error}")),
-                Ok(_) if found != declared => Some(say!(
-                    "expected a container of {declared} bytes, found {found}"
-                )),
+                Err(error) => damage(
+                    None,
+                    say!(
+                        "damaged zlib after {found} bytes: {error}; the frames in these bytes are read, unverified"
+                    ),
+                ),
+                Ok(_) if found != declared => damage(
+                    Some(HEADER_BYTES + used),
+                    say!("expected a container of {declared} bytes, found {found}"),
+                ),
+                Ok(_) if find(behind, OBJECT_MAGIC).is_some() => damage(
+                    Some(HEADER_BYTES + used),
+                    say!(
+                        "expected a container of {used} bytes, as its content takes, found one of {} bytes with other objects",
+                        data.len()
+                    ),
+                ),
                 Ok(_) => None,
             }
         }
-        other => Some(say!(
-            "expected compression 0 or 2 (zlib), found {}",
-            other.unwrap_or(u16::MAX)
-        )),
+        other => damage(
+            None,
+            say!(
+                "expected compression 0 or 2 (zlib), found {}",
+                other.unwrap_or(u16::MAX)
+            ),
+        ),
     }
 }
 

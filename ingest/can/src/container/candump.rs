@@ -16,14 +16,14 @@ use crate::frame::{CanId, Frame, FrameKind, MOST_DATA_BYTES};
 /// Flag of an error frame in the identifier (SocketCAN).
 const ERROR_FLAG: u32 = 0x2000_0000;
 const ESCAPE: u8 = 0x1b;
-/// What candump writes when the kernel dropped frames.
+/// Beginning of the line that candump writes when the kernel dropped frames.
 const DROPPED: &[u8] = b"DROPCOUNT:";
 
 /// Whether a line begins like that of a frame.
 pub(super) fn is_line(line: &[u8]) -> bool {
     let line = without_colours(line);
     match stamp(&line) {
-        Some((_, rest)) => words_of_frame(rest).is_some(),
+        Some((_, rest)) => words_of_frame(rest).is_some() || is_xl(rest),
         None => is_without_time(&line),
     }
 }
@@ -56,7 +56,7 @@ impl<R: BufRead> Candump<R> {
         }
     }
 
-    /// States what the times count from.
+    /// States the origin of the times.
     pub(super) fn set_counted_from(&mut self, counted_from: CountedFrom) -> &mut Clock {
         self.clock.insert(Clock::new(counted_from))
     }
@@ -70,7 +70,7 @@ impl<R: BufRead> Candump<R> {
         Ok(self.next_stamped(frame, channels, lost)?.is_some())
     }
 
-    /// The next frame and its stamp. The frame has its time if what the times count from is known.
+    /// Reads the next frame and its stamp. The frame has its time if the origin of the times is known.
     pub(super) fn next_stamped(
         &mut self,
         frame: &mut Frame,
@@ -102,13 +102,19 @@ impl<R: BufRead> Candump<R> {
                 self.is_explained = frame.kind == FrameKind::Error;
                 return Ok(Some(stamp));
             }
+            if stamp.is_some_and(|(_, rest)| is_xl(rest)) {
+                lost.note(word!(
+                    "frames of CAN XL are left out: those of classical CAN and CAN FD are read"
+                ));
+                continue;
+            }
             let reason = self.problem(&line, stamp.is_some());
-            lost.lose(self.lines.range(), reason);
+            self.lines.lose(lost, &reason);
         }
         Ok(None)
     }
 
-    /// What is wrong with a line.
+    /// Describes the problem of an unreadable line; `has_stamp` is true if its time was read.
     fn problem(&self, line: &[u8], has_stamp: bool) -> String {
         let shown = shown(line);
         if line.starts_with(DROPPED) {
@@ -135,7 +141,7 @@ impl<R: BufRead> Candump<R> {
 }
 
 impl<R: BufRead + Seek> Candump<R> {
-    /// Opens a file: its first lines say what its times count from.
+    /// Opens a file: its first lines determine the origin of its times.
     pub(super) fn open(mut source: R) -> Result<Self, OpenError> {
         let mut lines = Lines::new(&mut source);
         let mut evidence = Evidence::default();
@@ -144,7 +150,8 @@ impl<R: BufRead + Seek> Candump<R> {
             let line = without_colours(lines.line());
             match stamp(&line) {
                 Some((stamp, rest)) => {
-                    if let Some((interface, ..)) = words_of_frame(rest) {
+                    let is_frame = words_of_frame(rest).is_some() || is_xl(rest);
+                    if let Some(interface) = words(rest).next().filter(|_| is_frame) {
                         evidence.take(stamp, interface);
                     }
                 }
@@ -199,6 +206,23 @@ fn words_of_frame(rest: &[u8]) -> Option<(&[u8], IdPart<'_>, impl Iterator<Item 
     Some((interface, id_part(word)?, words))
 }
 
+/// Whether a line is a frame of CAN XL: five digits of network and priority, where other identifiers have three or eight, and
+/// behind `#` the flags, the type of its service data unit and its acceptance field, `81:00:12345678`.
+fn is_xl(rest: &[u8]) -> bool {
+    let is_number = |text: &[u8], len: usize| text.len() == len && hexadecimal(text).is_some();
+    let is_id = |word: &[u8]| {
+        let mut parts = word
+            .split(|&byte| byte == b'#')
+            .filter(|part| !part.is_empty());
+        let has_id = parts.next().is_some_and(|id| is_number(id, 5));
+        let mut fields = parts.next().unwrap_or_default().split(|&byte| byte == b':');
+        let have_lengths = [2, 2, 8].map(|len| fields.next().is_some_and(|it| is_number(it, len)));
+        has_id && have_lengths == [true; 3] && fields.next().is_none()
+    };
+    // the interface, and what `-x` puts before the identifier
+    words(rest).skip(1).take(4).any(is_id)
+}
+
 /// The identifier, and the text behind `#`; `None` behind it for the spaced form.
 fn id_part(word: &[u8]) -> Option<IdPart<'_>> {
     let hash = word.iter().position(|&byte| byte == b'#');
@@ -219,7 +243,7 @@ fn id_part(word: &[u8]) -> Option<IdPart<'_>> {
     (raw <= most).then_some((id, kind, data))
 }
 
-/// Reads what stands behind the stamp.
+/// Parses the text behind the stamp.
 fn parse(rest: &[u8], frame: &mut Frame, channels: &mut Channels) -> Option<()> {
     let (interface, (id, kind, data), words) = words_of_frame(rest)?;
     let channel = std::str::from_utf8(interface).ok()?;

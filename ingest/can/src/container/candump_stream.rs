@@ -21,7 +21,7 @@ pub struct CandumpStream<R> {
     channels: Channels,
     lost: LostRanges,
     refused: u64,
-    /// What the stamps say about their kind; `None` once that is known.
+    /// Evidence of the stamps on the kind of time; `None` once the kind is known.
     evidence: Option<Evidence>,
     held: VecDeque<(Stamp, Frame)>,
 }
@@ -39,7 +39,7 @@ impl<R: BufRead> CandumpStream<R> {
         }
     }
 
-    /// Lines so far that were no frames, and what was wrong with the last of them.
+    /// Returns the number of lines so far that were no frames, and the reason of the last of them.
     pub fn refused(&self) -> (u64, Option<&str>) {
         let last = self.lost.ranges.last();
         (self.refused, last.map(|lost| lost.reason.as_str()))

@@ -17,14 +17,14 @@ use super::{
 const ABSOLUTE_DIGITS: usize = 10;
 /// Digits of the seconds since another frame, as candump pads them.
 const COUNTED_DIGITS: usize = 3;
-/// March 1973: no trace counts so long from its first frame.
+/// Time from which on a stamp is absolute (ns), in March 1973: no trace counts so long from its first frame.
 const ABSOLUTE_NS: i64 = 100_000_000_000_000_000;
-/// As many rises without a fall happen by chance once in more than a hundred texts.
+/// Rises without a fall that happen by chance once in more than a hundred texts.
 const RISES: u32 = 5;
-/// Interfaces that are watched; further ones say nothing.
+/// Most interfaces that are watched; further ones are ignored.
 const MOST_INTERFACES: usize = 256;
 
-/// What stands in front of a line.
+/// Time and form of the stamp at the beginning of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Stamp {
     pub(super) time_ns: i64,
@@ -37,13 +37,13 @@ enum Form {
     Date,
     /// Seconds since 1970.
     Absolute,
-    /// Seconds, padded as candump pads those since another frame.
+    /// Seconds, padded as candump pads the time since another frame.
     Counted,
-    /// Seconds as other programs write them.
+    /// Seconds as written by other programs.
     Seconds,
 }
 
-/// What the times of a text count from.
+/// Origin of the times of a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum CountedFrom {
     /// `candump -ta`, `-tA` and `-l`.
@@ -54,7 +54,7 @@ pub(super) enum CountedFrom {
     FrameBefore,
 }
 
-/// `(seconds)` or `(year-month-day hour:minute:second)`, and what follows.
+/// Splits a line into its stamp, `(seconds)` or `(year-month-day hour:minute:second)`, and the rest.
 pub(super) fn stamp(line: &[u8]) -> Option<(Stamp, &[u8])> {
     let inner = line.trim_ascii_start().strip_prefix(b"(")?;
     let end = inner.iter().position(|&byte| byte == b')')?;
@@ -101,7 +101,7 @@ fn date_ns(text: &[u8]) -> Option<i64> {
     unix_ns([year, month, day], [hour, minute], second_ns)
 }
 
-/// What the stamps of a text say about their kind.
+/// Evidence of the stamps of a text on the kind of time: absolute, since the first frame, or since the frame before.
 #[derive(Debug, Default)]
 pub(super) struct Evidence {
     stamps: u64,
@@ -155,12 +155,12 @@ impl Evidence {
         self.stamps > 0 && self.is_absolute || self.stamps >= stamps
     }
 
-    /// Whether candump did not write the stamps, so that a stream need not wait for further ones.
+    /// Whether another program than candump wrote the stamps, so that a stream need not wait for further ones.
     pub(super) fn is_of_another_program(&self) -> bool {
         self.stamps > 0 && !self.is_padded
     }
 
-    /// What the times count from; `None` if it cannot be told.
+    /// Finds the origin of the times; `None` if the stamps do not determine it.
     pub(super) fn counted_from(&self) -> Option<CountedFrom> {
         // a clock that is set back while frames are recorded lets few times fall
         let rises = self.above >= RISES && self.below.saturating_mul(8) <= self.above;
@@ -185,7 +185,7 @@ impl Evidence {
     }
 }
 
-/// Why the times of a text cannot be used, and what to do.
+/// Error message for times whose kind is ambiguous, with the remedy.
 pub(super) const UNTOLD: &str = "expected times of candump that are absolute, or lines enough to tell times since the first frame (-tz) from times \
      since the frame before (-td), found times that may be either: record with candump -l, or print with candump -ta";
 
@@ -231,7 +231,7 @@ impl Clock {
         }
     }
 
-    /// What a line without a readable stamp costs beyond its frame.
+    /// Returns the consequence of a line without a readable stamp, beyond the loss of its frame.
     pub(super) fn cost(&self) -> &'static str {
         match self.counted_from {
             CountedFrom::FrameBefore => word!("; all later times are too early by its interval"),

@@ -1,4 +1,4 @@
-//! What kind of file it is, by its first bytes.
+//! File formats of CAN traces, recognised by the first bytes.
 
 use super::text::UTF8_MARK;
 

@@ -14,8 +14,9 @@ mod open;
 mod open_error;
 mod text;
 mod trc;
+mod written;
 
 pub use self::{
     candump_stream::CandumpStream, format::ContainerFormat, lost::Lost, open::Container,
-    open_error::OpenError,
+    open_error::OpenError, written::Written,
 };

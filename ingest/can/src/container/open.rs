@@ -37,10 +37,10 @@ enum Reader<R> {
 }
 
 impl<R: BufRead + Seek> Container<R> {
-    /// Opens a file, whose format is seen in its first bytes.
+    /// Opens a file, whose format is recognised by its first bytes.
     ///
     /// # Errors
-    /// It cannot be read, is of another format, or its structure is damaged from the beginning.
+    /// The file cannot be read, is of another format, or is damaged from the beginning.
     pub fn open(mut source: R) -> Result<Self, OpenError> {
         source.seek(SeekFrom::Start(0))?;
         let mut beginning = Vec::new();
@@ -63,7 +63,7 @@ impl<R: BufRead + Seek> Container<R> {
     /// Opens a file of a known format, which may be damaged at its beginning.
     ///
     /// # Errors
-    /// It cannot be read, or has nothing that could be read.
+    /// The file cannot be read, or has nothing that could be read.
     pub fn open_as(format: ContainerFormat, mut source: R) -> Result<Self, OpenError> {
         let mut lost = LostRanges::default();
         source.seek(SeekFrom::Start(0))?;
@@ -88,7 +88,7 @@ impl<R: BufRead + Seek> Container<R> {
         self.format
     }
 
-    /// What was lost in the part read so far.
+    /// Ranges lost in the part read so far.
     #[must_use]
     pub fn lost(&self) -> &[Lost] {
         &self.lost.ranges
@@ -114,7 +114,11 @@ impl<R: BufRead + Seek> FrameSource for Container<R> {
         if is_frame {
             // loggers that state no format of a frame leave it to its length
             frame.is_fd |= frame.data().len() > 8;
-            self.lost.last_time_ns = Some(frame.time_ns);
+            match self.reader {
+                // its blocks are in no order of time
+                Reader::Mf4(_) => self.lost.last_time_ns = Some(frame.time_ns),
+                _ => self.lost.intact(frame.time_ns),
+            }
         }
         Ok(is_frame)
     }

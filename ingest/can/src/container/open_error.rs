@@ -1,14 +1,14 @@
-//! Why a file of frames cannot be opened.
+//! Errors of opening a file of frames.
 
 use std::io;
 
-/// Why a file cannot be opened.
+/// Error: a file of frames cannot be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
-    /// It cannot be read.
+    /// The file cannot be read.
     #[error(transparent)]
     Io(#[from] io::Error),
-    /// It is not a file of frames.
+    /// The file is not a file of frames.
     #[error(
         "expected candump text, Vector ASC, Vector BLF, a PEAK PCAN trace or ASAM MF4, found \"{found}\""
     )]

@@ -6,7 +6,11 @@ use std::{
     slice::EscapeAscii,
 };
 
-/// What some programs write before a text in UTF-8.
+use tipwatch_language::say;
+
+use super::lost::LostRanges;
+
+/// Byte order mark that some programs write before a text in UTF-8.
 pub(super) const UTF8_MARK: &[u8] = b"\xef\xbb\xbf";
 /// Far above the longest line of a frame.
 const MOST_LINE_BYTES: u64 = 4096;
@@ -19,6 +23,8 @@ pub(super) struct Lines<R> {
     pub(super) end: u64,
     /// The byte at which the last line starts.
     pub(super) start: u64,
+    /// The number of the last line, from 1 on.
+    number: u64,
     /// Whether the last line was longer than any line of a frame, so that its rest was skipped.
     pub(super) is_cut: bool,
     /// Whether the last line ended with the file instead of with a line break.
@@ -32,6 +38,7 @@ impl<R: BufRead> Lines<R> {
             source,
             end: 0,
             start: 0,
+            number: 0,
             is_cut: false,
             is_last: false,
             buffer: Vec::new(),
@@ -42,6 +49,7 @@ impl<R: BufRead> Lines<R> {
     pub(super) fn advance(&mut self) -> io::Result<bool> {
         self.buffer.clear();
         self.start = self.end;
+        self.number += 1;
         let mut limited = (&mut self.source).take(MOST_LINE_BYTES);
         let count = limited.read_until(b'\n', &mut self.buffer)? as u64;
         self.end += count;
@@ -64,11 +72,17 @@ impl<R: BufRead> Lines<R> {
     }
 
     /// The bytes of the file that the last line takes.
-    pub(super) fn range(&self) -> Range<u64> {
+    fn range(&self) -> Range<u64> {
         self.start..self.end
     }
 
-    /// Whether the line ended with a line break: what ends with the file may be cut off.
+    /// Loses the last line.
+    pub(super) fn lose(&self, lost: &mut LostRanges, problem: &str) {
+        let first = self.number;
+        lost.lose(self.range(), say!("line {first}: {}", problem));
+    }
+
+    /// Whether the line ended with a line break: a line that ends with the file may be cut off.
     pub(super) fn is_whole(&self) -> bool {
         !self.is_last
     }

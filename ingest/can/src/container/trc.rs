@@ -42,7 +42,7 @@ struct Columns {
     bus: Option<usize>,
     id: usize,
     length: usize,
-    /// The first byte; it is the last column.
+    /// Index of the first data byte; it is the last column.
     data: usize,
 }
 
@@ -53,7 +53,7 @@ pub(super) struct Trc<R> {
     start_ns: i64,
 }
 
-/// What a line is.
+/// Kind of a line of a TRC file.
 enum Line {
     Frame,
     /// A status of the hardware, a warning or an event.
@@ -194,7 +194,7 @@ impl<R: BufRead> Trc<R> {
             };
             let shown = shown(line);
             let reason = say!("expected {expected}, found \"{shown}\"");
-            lost.lose(self.lines.range(), reason);
+            self.lines.lose(lost, &reason);
         }
         Ok(false)
     }

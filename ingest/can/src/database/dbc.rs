@@ -14,20 +14,20 @@ use crate::{
 pub struct Database {
     /// Its messages, in file order.
     pub messages: Vec<Message>,
-    /// What of the file is not used, as sentences.
+    /// Parts of the file that are not used, as sentences.
     pub notes: Vec<String>,
 }
 
-/// Why a text is not a DBC file.
+/// Error: a text is not a DBC file.
 #[derive(Debug, thiserror::Error)]
 pub enum DatabaseError {
-    /// It does not follow the grammar.
+    /// The text does not follow the grammar.
     #[error("not a valid DBC file: {problem}")]
     Invalid {
-        /// Where, and what was expected.
+        /// Place in the text, and what was expected there.
         problem: String,
     },
-    /// It is too large.
+    /// The file is too large.
     #[error("expected a DBC file of at most {most} bytes, found {found}")]
     TooLarge {
         /// The most bytes.
@@ -104,7 +104,7 @@ impl Database {
     }
 }
 
-/// The text of a file. Editors write code page 1252; what other programs add may be in UTF-8.
+/// Returns the text of a file. Editors write code page 1252; additions by other programs may be in UTF-8.
 fn text(bytes: &[u8]) -> String {
     let mut text = String::with_capacity(bytes.len());
     for line in bytes.split_inclusive(|&byte| byte == b'\n') {
@@ -147,8 +147,8 @@ fn prepare(dbc: &Dbc, message: &DbcMessage, name: &str, notes: &mut Vec<String>)
     }
 }
 
-/// Whether the file says that a message is one of J1939: by the attribute `VFrameFormat` of the message, or by
-/// `ProtocolType` of the whole file.
+/// Whether the file declares a message as one of J1939: by the attribute `VFrameFormat` of the message, or by `ProtocolType` of
+/// the whole file.
 fn is_j1939(dbc: &Dbc, message: &DbcMessage) -> bool {
     /// Index of `J1939PG` in the usual list of formats.
     const PARAMETER_GROUP: u64 = 3;

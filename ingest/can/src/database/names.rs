@@ -1,4 +1,4 @@
-//! What names and descriptions say about a signal.
+//! Meaning of the names and descriptions of signals: long names, counters, checksums, and values that are no numbers.
 
 use can_dbc::AttributeValue;
 
@@ -12,9 +12,9 @@ pub(super) fn long_name<'d>(attribute: Option<&'d AttributeValue>, short: &str) 
     }
 }
 
-/// Whether a description of a raw value says that it is not a number: by whole words, since a default is no fault.
+/// Whether a description of a raw value declares that it is not a number: by whole words, since a default is no fault.
 pub(super) fn is_not_a_number(description: &str) -> bool {
-    /// As the whole description.
+    /// Texts that count as the whole description only.
     const WHOLE: [&str; 4] = ["na", "nan", "init", "err"];
     const WORDS: [&str; 17] = [
         "sna",
@@ -35,7 +35,7 @@ pub(super) fn is_not_a_number(description: &str) -> bool {
         "sensorfault",
         "signalerror",
     ];
-    /// With "not" before them, or "no".
+    /// Words that deny a number only with "not" or "no" before them.
     const DENIED: [&str; 4] = ["available", "avail", "valid", "defined"];
     const DENIALS: [&str; 4] = ["no", "not", "non", "without"];
     let words = words(description);
@@ -77,7 +77,7 @@ fn words(name: &str) -> Vec<String> {
     words
 }
 
-/// Whether a name is that of a counter of messages, and not of hours, loads or strokes.
+/// Whether a name denotes a counter of messages, rather than of hours, loads or strokes.
 pub(super) fn is_counter(name: &str) -> bool {
     const COUNTERS: [&str; 4] = ["counter", "cnt", "ctr", "count"];
     const OF_MESSAGES: [&str; 11] = [
@@ -99,7 +99,7 @@ pub(super) fn is_counter(name: &str) -> bool {
         || WHOLE.iter().any(|whole| joined.contains(whole))
 }
 
-/// Whether a name is that of a checksum.
+/// Whether a name denotes a checksum.
 pub(super) fn is_checksum(name: &str) -> bool {
     let joined = words(name).concat();
     joined.contains("checksum")

@@ -15,10 +15,10 @@ use crate::{
     unit::SiUnit,
 };
 
-/// What of a signal stands behind its name in other statements of the file.
+/// Attribute of a signal with its full name, where the name in its definition is shortened.
 const LONG_NAME: &str = "SystemSignalLongSymbol";
 
-/// All signals of a message that fit into it, and what is wrong with the others.
+/// Returns all signals of a message that fit into it, and notes the errors of the others.
 pub(super) fn prepare(
     dbc: &Dbc,
     message: &DbcMessage,
@@ -78,7 +78,7 @@ pub(super) fn prepare(
     signals
 }
 
-/// By signal: what selects it, or why nobody knows.
+/// Finds for each signal the multiplexer that selects it, or the reason why it is unknown.
 fn multiplexers(
     dbc: &Dbc,
     message: &DbcMessage,
@@ -153,7 +153,7 @@ fn multiplexers(
     found
 }
 
-/// Whether the multiplexers of a signal end with one that nothing selects.
+/// Whether the multiplexers of a signal end with one that no multiplexer selects.
 fn has_root(found: &[Option<Result<Multiplexed, String>>], start: usize) -> bool {
     let mut place = start;
     for _ in 0..=MOST_NESTED {

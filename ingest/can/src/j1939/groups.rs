@@ -14,7 +14,7 @@ type Parameter = (&'static str, usize, u32, (f64, f64), &'static str);
 type Group = (u32, &'static str, &'static [Parameter]);
 
 const KM_H: (f64, f64) = (1.0 / 256.0, 0.0);
-/// Of the relative wheel speeds: 1/16 km/h, from -7.8125 km/h on.
+/// Scale and offset of the relative wheel speeds: 1/16 km/h, from -7.8125 km/h on.
 const WHEEL: (f64, f64) = (1.0 / 16.0, -7.8125);
 const ANGLE: (f64, f64) = (1.0 / 32768.0, -250.0);
 const RATE: (f64, f64) = (1.0 / 128.0, -250.0);
@@ -124,7 +124,7 @@ const GROUPS: &[Group] = &[
 ];
 
 const VEHICLE_WEIGHT: u32 = 65258;
-/// Axles that the location of a weight can tell apart: 15 says "not available".
+/// Axles that the location of a weight can distinguish: 15 means "not available".
 const AXLES: u64 = 15;
 
 /// A parameter group by its number; `None` if a DBC file is needed.
@@ -175,7 +175,7 @@ fn signal(parameter: &Parameter) -> Option<Signal> {
     })
 }
 
-/// Vehicle weight: the first byte says which axle it is, in its high four bits from the front on. The low four bits
+/// Vehicle weight: the high four bits of the first byte are the number of the axle, from the front on. The low four bits
 /// number positions on the axle from the left on; a weight of a single position is not that of an axle, so that only
 /// position 0 and "not available" are read.
 fn axle_weights() -> Vec<Signal> {

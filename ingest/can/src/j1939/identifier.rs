@@ -2,7 +2,7 @@
 
 use crate::frame::CanId;
 
-/// Below it, the second byte of the identifier is a destination.
+/// First format of broadcasts: below it, the second byte of the identifier is a destination.
 const FIRST_BROADCAST_FORMAT: u8 = 240;
 
 /// A 29-bit identifier by J1939-21.

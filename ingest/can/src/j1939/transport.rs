@@ -38,7 +38,7 @@ struct Key {
     destination: u8,
 }
 
-/// What a frame of the protocol led to.
+/// Result of a frame of the transport protocol.
 pub(crate) enum Assembled {
     /// Nothing yet.
     Nothing,
@@ -54,7 +54,7 @@ impl Transport {
         matches!(pgn, CONNECTION_PGN | DATA_PGN)
     }
 
-    /// Takes a frame of the protocol. `wants` says of which groups messages are wanted.
+    /// Takes a frame of the protocol. `wants` returns whether messages of a group are wanted.
     pub(crate) fn take(
         &mut self,
         id: Identifier,

@@ -43,7 +43,7 @@ struct Want<'p> {
     rest: &'p [PathStep],
 }
 
-/// Whether a message occurs once or as an element of an array.
+/// Number of occurrences of a message: once, or as the elements of an array.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Occurrence {
     Once,
@@ -382,7 +382,7 @@ impl<'c> Compiler<'c> {
     }
 }
 
-/// Which elements of its last field a path selects; `None` where others follow.
+/// Returns the elements of its last field that a path selects; `None` where further steps follow.
 fn selected(want: &Want<'_>) -> Option<Elements> {
     match want.rest {
         [step] => Some(step.elements),

@@ -42,7 +42,7 @@ pub struct Layout {
     path_count: usize,
 }
 
-/// How the fields are located, by encoding.
+/// Steps that locate the fields, by encoding.
 #[derive(Debug, Clone)]
 enum Plan {
     /// CDR or the encoding of ROS 1.
@@ -67,7 +67,7 @@ impl Layout {
         Self::of_definitions(&definitions, paths)
     }
 
-    /// As [`compile`](Self::compile), for the encoding that goes with the dialect of the definitions.
+    /// Compiles a layout as [`compile`](Self::compile) does, for the encoding that goes with the dialect of the definitions.
     pub(crate) fn of_definitions(
         definitions: &Definitions,
         paths: &[FieldPath],
@@ -83,14 +83,14 @@ impl Layout {
         Ok(Layout::new(plan, paths))
     }
 
-    /// For JSON. It has no definition that would have to be followed; a field that a message does
-    /// not have is NaN or empty.
+    /// Returns the layout for JSON. JSON has no definition that would have to be followed; a field that a message does not have
+    /// is NaN or empty.
     pub(crate) fn json(paths: &[FieldPath]) -> Result<Layout, SchemaError> {
         refuse_repeated(paths)?;
         Ok(Layout::new(Plan::Json(PathTree::new(paths)), paths))
     }
 
-    /// For protobuf, by the set of descriptors that a log carries.
+    /// Returns the layout for protobuf, by the set of descriptors that a log carries.
     pub(crate) fn protobuf(
         descriptors: &[u8],
         type_name: &str,
@@ -131,7 +131,7 @@ impl Layout {
 }
 
 impl Layout {
-    /// Where the numbers of a message are that this layout decodes; `None` if no other message tells its own by that.
+    /// Returns the positions of the numbers of a message that this layout decodes; `None` if they tell nothing of other messages.
     pub(crate) fn places(&self, message: &[u8]) -> Option<Places> {
         match &self.plan {
             Plan::Binary { steps, dialect, .. } => {

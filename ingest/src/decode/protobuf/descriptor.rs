@@ -19,7 +19,7 @@ pub(super) struct Field {
     pub(super) name: String,
     pub(super) number: u64,
     pub(super) is_repeated: bool,
-    /// Whether absence differs from zero.
+    /// Whether the absence of the field differs from zero.
     pub(super) has_presence: bool,
     kind: u64,
     type_name: String,

@@ -59,7 +59,7 @@ pub(crate) struct Plan {
     fields: Vec<FieldPlan>,
     /// Slots of numbers that default to zero when absent.
     zeros: Vec<usize>,
-    /// Slots of what it has once, see [`PathTree::singles`].
+    /// Slots of the fields that occur once, see [`PathTree::singles`].
     singles: Vec<usize>,
 }
 
@@ -81,9 +81,9 @@ enum Take {
     Texts(usize),
     Part(Plan),
     Parts {
-        /// For every message.
+        /// Plan for every message.
         all: Option<Plan>,
-        /// For single messages, by index.
+        /// Plans for single messages, by index.
         picks: Vec<(usize, Plan)>,
     },
 }

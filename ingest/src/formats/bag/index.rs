@@ -29,7 +29,7 @@ pub(super) fn read(file: &FileBytes) -> Result<Option<Contents>, Error> {
     Ok(parse(&bytes, &header))
 }
 
-/// What the first record of a bag states about the index.
+/// Statements of the first record of a bag about the index.
 struct IndexHeader {
     index_position: u64,
     connections: Option<u32>,
@@ -42,9 +42,10 @@ impl IndexHeader {
         let count = (header::HEAD_BYTES as u64).min(file.len().saturating_sub(start));
         let bytes = file.read_vec(start, count)?;
         let header = Self::parse(&bytes);
-        // The position is zero in a bag that was not closed.
-        Ok(header
-            .filter(|header| header.index_position > start && header.index_position < file.len()))
+        // The position is zero in a bag that was not closed; it is the end of one that was closed without messages.
+        let is_inside =
+            |header: &Self| header.index_position > start && header.index_position <= file.len();
+        Ok(header.filter(is_inside))
     }
 
     fn parse(bytes: &[u8]) -> Option<Self> {
@@ -82,12 +83,12 @@ fn parse(mut bytes: &[u8], header: &IndexHeader) -> Option<Contents> {
         }
         bytes = rest;
     }
-    let is_complete = header
-        .connections
-        .is_none_or(|count| count as usize == contents.channels.len())
-        && header
-            .chunks
-            .is_none_or(|count| count as usize == contents.chunks.len())
+    // an index that is cut off is empty, too
+    let agrees = |stated: Option<u32>, found: usize| {
+        stated.map_or(found > 0, |count| count as usize == found)
+    };
+    let is_complete = agrees(header.connections, contents.channels.len())
+        && agrees(header.chunks, contents.chunks.len())
         && counts.keys().all(|id| contents.channels.contains_key(id));
     // Messages outside chunks would not be counted, but no writer creates them.
     contents.message_counts = Some(counts);

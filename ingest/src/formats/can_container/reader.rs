@@ -29,12 +29,12 @@ pub(crate) struct CanReader {
     data: PathBuf,
     bytes: u64,
     frames: u64,
-    /// In the order of the file's channels.
+    /// Topics in the order of the file's channels.
     channels: Vec<(TopicId, CanFrameType)>,
     span_ns: Option<(i64, i64)>,
 }
 
-/// What the first pass finds out about a channel.
+/// Results of the first pass for one channel.
 #[derive(Default)]
 struct Seen {
     frames: u64,
@@ -138,6 +138,7 @@ fn lost_range(path: &Path, lost: &tipwatch_can::Lost) -> LostRange {
     let (bytes, reason) = (lost.bytes.clone(), lost.reason.clone());
     LostRange {
         first_time_ns: lost.after_ns,
+        last_time_ns: lost.before_ns,
         ..LostRange::of(LostPart::Records, path, bytes, reason)
     }
 }

@@ -174,7 +174,7 @@ impl<'a> ChunkRecord<'a> {
         })
     }
 
-    /// Whether the fields agree with each other; asked where bytes follow that belong to none of them.
+    /// Whether the fields agree with each other; asked where bytes follow that belong to no field.
     pub(super) fn is_coherent(&self) -> bool {
         let is_plain = self.compression.is_empty();
         self.compressed_bytes > 0
@@ -241,14 +241,14 @@ pub(super) fn attachment_bytes(body: &[u8]) -> Option<&[u8]> {
     body.get(..body.len() - fields.rest.len())
 }
 
-/// Where the index of an attachment or a metadata record says that it is.
+/// Returns the range at which the index places an attachment or a metadata record.
 pub(super) fn extra_place(index_body: &[u8]) -> Option<Range<u64>> {
     let mut fields = Fields::new(index_body);
     let (offset, length_bytes) = (fields.u64()?, fields.u64()?);
     Some(offset..offset.checked_add(length_bytes)?)
 }
 
-/// What the statistics of a file say.
+/// Statistics record of a file.
 pub(super) struct Statistics {
     pub(super) message_count: u64,
     /// Attachments and metadata records.

@@ -10,7 +10,7 @@ use super::parsed::{Channel, DefinitionRecord, SchemaRecord};
 /// The chunks found in the index or by a scan, by offset.
 pub(crate) type ChunkDirectory = BTreeMap<u64, ChunkEntry>;
 
-/// What is known about a chunk before it is read.
+/// Properties of a chunk that are known before it is read.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ChunkEntry {
     /// The length of its record, if the index states it.
@@ -38,7 +38,7 @@ pub(crate) struct Contents {
     pub(crate) extras: Option<Vec<ExtraPlace>>,
 }
 
-/// Where an attachment or a metadata record is.
+/// Position of an attachment or a metadata record.
 #[derive(Clone)]
 pub(crate) struct ExtraPlace {
     pub(crate) bytes: Range<u64>,
@@ -62,7 +62,7 @@ impl Schema {
 }
 
 impl Contents {
-    /// Log times of the first and the last message, by all that the file says of them.
+    /// Returns the log times of the first and the last message, by all statements of the file.
     pub(crate) fn whole_span_ns(&self) -> Option<(i64, i64)> {
         let of_chunks = self.chunks.values().filter_map(|chunk| chunk.span_ns);
         self.span_ns.into_iter().chain(of_chunks).reduce(widest)

@@ -23,7 +23,7 @@ impl SearchScope {
 }
 
 impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
-    /// What to search for after the first byte of the record at `offset`.
+    /// Returns the scope of the search for intact data behind the first byte of the record at `offset`.
     pub(super) fn within(&mut self, offset: u64) -> Result<SearchScope, Error> {
         let head = self.window.bytes(offset, G::HEAD_BYTES as u64)?;
         let is_chunk = G::frame(head).is_some_and(|frame| frame.kind == Kind::Chunk);

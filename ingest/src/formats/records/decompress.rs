@@ -20,7 +20,7 @@ const BELIEVED_BYTES: u64 = 16 << 20;
 /// Step by which a buffer grows if the size is unknown.
 const GROWTH_BYTES: usize = 1 << 20;
 
-/// Where the decompressed content of a chunk is.
+/// Location of the decompressed content of a chunk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Content {
     /// The data itself, which is not compressed.
@@ -37,7 +37,7 @@ pub(super) struct Decompressor {
 }
 
 impl Decompressor {
-    /// The whole content of a chunk, or why it is not available.
+    /// Returns the whole content of a chunk, or the reason why it is not available.
     pub(super) fn content(
         &mut self,
         chunk: &PackedChunk<'_>,

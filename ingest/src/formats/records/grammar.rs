@@ -42,13 +42,13 @@ pub(crate) struct Frame {
 pub(crate) trait Grammar: Send + Sync + Sized + 'static {
     /// Offset of the first record.
     const FIRST_RECORD: u64;
-    /// How many bytes [`frame`](Self::frame) needs; fewer at the end of a file.
+    /// Number of bytes that [`frame`](Self::frame) needs; fewer at the end of a file.
     const HEAD_BYTES: usize;
 
     /// The record at the front of `head`; `None` if it is invalid.
     fn frame(head: &[u8]) -> Option<Frame>;
 
-    /// Why the bytes are not a record.
+    /// Describes why the bytes are not a record.
     fn complaint(head: &[u8]) -> String;
 
     /// Whether these bytes properly end a file.

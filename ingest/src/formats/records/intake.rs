@@ -10,7 +10,7 @@ use super::{
 };
 use crate::formats::reader::Batch;
 
-/// No format has messages of fewer bytes, its own with them.
+/// Smallest message of any format, with its own header (bytes).
 const SMALLEST_MESSAGE_BYTES: usize = 16;
 
 /// Decodes chunks into batches.
@@ -23,7 +23,7 @@ pub(super) struct Intake<'d> {
 pub(crate) struct TakenIn {
     batch: Box<dyn Batch>,
     messages: ChannelCounts,
-    /// What is wrong with the chunk.
+    /// Counts of messages and of damage in the chunk.
     pub(super) tally: Tally,
 }
 

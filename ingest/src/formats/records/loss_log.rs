@@ -13,7 +13,7 @@ pub(super) struct LossLog<'l> {
     file: &'l Path,
     chunks: &'l ChunkDirectory,
     ranges: Vec<LostRange>,
-    /// Ranges from this index on lack the time of the first message after them.
+    /// Index of the first range that lacks the time of the first message after it.
     first_open: usize,
     /// The log time of the last intact message.
     last_time_ns: Option<i64>,
@@ -27,7 +27,7 @@ struct LastLoss {
     place: usize,
     /// Messages that were recovered, by channel.
     found: BTreeMap<u32, u64>,
-    /// Whether index records cover the whole loss: it is one chunk with an intact header.
+    /// Whether index records cover the whole loss: the loss is one chunk with an intact header.
     is_one_chunk: bool,
     has_index: bool,
     /// Lost messages of unknown channels.

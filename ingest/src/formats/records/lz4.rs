@@ -18,7 +18,7 @@ use lz4_sys::{
 /// `LZ4F_VERSION` of its header.
 const API_VERSION: u32 = 100;
 
-/// Whether the checksums within the frame are verified.
+/// Verification of the checksums within a frame of LZ4.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum FrameChecksums {
     Verified,
@@ -26,7 +26,7 @@ pub(crate) enum FrameChecksums {
     Skipped,
 }
 
-/// How decompression ended.
+/// Outcome of a decompression.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum End {
     /// All data was decompressed.

@@ -1,6 +1,6 @@
 //! A chunk before decompression.
 
-/// How a chunk is compressed.
+/// Compression of a chunk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Compression<'a> {
     None,

@@ -28,7 +28,7 @@ impl<'a> MessageRecord<'a> {
     }
 }
 
-/// What a record defines.
+/// Definition in a record: a schema or a channel.
 pub(crate) enum DefinitionRecord<'a> {
     Schema { id: u32, schema: SchemaRecord<'a> },
     Channel { id: u32, channel: Channel },
@@ -48,12 +48,12 @@ pub(crate) struct Channel {
     pub(crate) schema_id: Option<u32>,
     pub(crate) topic: String,
     pub(crate) encoding: String,
-    /// What the log says of the writer.
+    /// Keys and values that the log records of the writer.
     pub(crate) says: BTreeMap<String, String>,
 }
 
 impl Channel {
-    /// Whether both define the same channel, whatever they say of its writer.
+    /// Whether both define the same channel, whatever they record of its writer.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
         let of = (self.schema_id, &self.topic, &self.encoding);
         of == (other.schema_id, &other.topic, &other.encoding)

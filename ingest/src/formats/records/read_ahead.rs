@@ -153,7 +153,7 @@ impl KeptChunk {
     }
 }
 
-/// What several threads share, and what starts them.
+/// State shared by several threads, and the function that starts them.
 #[derive(Clone, Copy)]
 struct Threads<'s> {
     shared: &'s Shared,
@@ -168,9 +168,9 @@ pub(super) struct Chunks<'s, G> {
     is_first: bool,
     worker: Worker<'s>,
     spare: Unpacked,
-    /// What the walk before has left.
+    /// Chunk that the walk before has left, with its range of bytes.
     kept: Option<(Range<u64>, Unpacked)>,
-    /// Where this walk may leave one.
+    /// Slot in which this walk may leave a chunk.
     keep_in: &'s KeptChunk,
     /// Finds the next chunks without reading them.
     scout: HeadWindow<'s>,
@@ -216,7 +216,7 @@ pub(super) fn with_chunks<G: Grammar, R>(
     })
 }
 
-/// How many threads may read a file.
+/// Returns the largest number of threads that read a file.
 fn threads_for(file: &FileBytes) -> usize {
     // A worker of a fleet is alone in its pool: the other processors have workers of their own, and a second thread
     // would only cost its start and its memory.
@@ -315,7 +315,7 @@ impl<'s, G: Grammar> Chunks<'s, G> {
         }
     }
 
-    /// What to unpack a chunk into, unless it is there already.
+    /// Returns the buffer to unpack a chunk into, or the kept chunk if it is the same.
     fn unused(&mut self, bytes: &Range<u64>) -> Unpacked {
         let of_kept = self.kept.take_if(|(known, _)| known.start <= bytes.start);
         match of_kept.filter(|(known, _)| known == bytes) {

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use tipwatch_language::say;
 
 use super::{
-    contents::{ChunkDirectory, ExtraPlace},
+    contents::{ChunkDirectory, Contents, ExtraPlace},
     delivery::Delivery,
     extras,
     grammar::{Grammar, Kind},
@@ -27,6 +27,8 @@ pub(crate) struct RecordReader<G> {
     chunks: ChunkDirectory,
     channels: ChannelTable,
     span_ns: Option<(i64, i64)>,
+    /// Whether the index states that nothing was recorded: then no record marks the end.
+    is_empty: bool,
     /// Attachments and metadata records, if the index lists them all.
     extras: Option<Vec<ExtraPlace>>,
     /// The first messages of several topics are looked at before all are read, and they are in one chunk as a rule.
@@ -40,8 +42,25 @@ impl<G: Grammar> RecordReader<G> {
         topics: &mut TopicTable,
         losses: &mut Losses,
     ) -> Result<Self, Error> {
-        let file = FileBytes::of(named)?;
-        let mut contents = match G::contents(&file)? {
+        let (mut file, written) = FileBytes::of(named)?;
+        if let Some(written) = written {
+            let whole_bytes = written.bytes + written.unwritten;
+            let mut note = written.note();
+            if ends_with_a_record::<G>(&file, whole_bytes)? {
+                file = file.cut_at(whole_bytes);
+                let (count, fill) = (written.unwritten, format!("0x{:02x}", written.fill));
+                note = Some(say!(
+                    "{count} bytes at the end of the file, each {fill}, may never have been written: the last record ends with them"
+                ));
+            }
+            let note = note.unwrap_or_default();
+            losses.note(format!("{}: {note}", named.path().display()));
+        }
+        let by_index = G::contents(&file)?;
+        let is_empty =
+            |contents: &Contents| contents.chunks.is_empty() && contents.channels.is_empty();
+        let is_empty = by_index.as_ref().is_some_and(is_empty);
+        let mut contents = match by_index {
             Some(contents) => contents,
             None => {
                 file.require_whole("without an intact index")?;
@@ -64,6 +83,7 @@ impl<G: Grammar> RecordReader<G> {
             chunks: contents.chunks,
             channels,
             span_ns,
+            is_empty,
             extras,
             kept: KeptChunk::default(),
             grammar: std::marker::PhantomData,
@@ -85,6 +105,7 @@ impl<G: Grammar> FileReader for RecordReader<G> {
         let flow = walk::walk::<G, _>(
             &self.file,
             &self.chunks,
+            self.is_empty,
             intake.as_ref(),
             &self.kept,
             &mut delivery,
@@ -137,6 +158,7 @@ impl<G: Grammar> RecordReader<G> {
         let _ = walk::walk::<G, _>(
             &self.file,
             &self.chunks,
+            self.is_empty,
             None,
             &self.kept,
             places,
@@ -146,7 +168,21 @@ impl<G: Grammar> RecordReader<G> {
     }
 }
 
-/// Drops chunks that are not where the index says, and notes whether the first one has a checksum.
+/// Whether a record that begins in what was written ends where the whole file does: then equal bytes behind may be its content.
+fn ends_with_a_record<G: Grammar>(written: &FileBytes, whole_bytes: u64) -> Result<bool, Error> {
+    let mut window = HeadWindow::new(written);
+    let mut at = G::FIRST_RECORD;
+    while at < written.len() {
+        let head = window.bytes(at, G::HEAD_BYTES as u64)?;
+        let Some(frame) = G::frame(head) else {
+            return Ok(false);
+        };
+        at = at.saturating_add(frame.length_bytes);
+    }
+    Ok(at == whole_bytes)
+}
+
+/// Drops chunks that are not where the index places them, and notes whether the first one has a checksum.
 fn drop_wrong_places<G: Grammar>(
     chunks: &mut ChunkDirectory,
     file: &FileBytes,

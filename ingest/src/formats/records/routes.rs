@@ -1,4 +1,4 @@
-//! Maps the channels of a file to topics, and says which of them are wanted.
+//! Maps the channels of a file to topics, and marks the wanted ones.
 
 use std::collections::BTreeMap;
 
@@ -57,7 +57,7 @@ pub(super) enum ChannelUse {
 /// Channel ids below this use a lookup table.
 const TABLE_LIMIT: u32 = 1 << 16;
 
-/// Which channels are wanted; shared by all threads.
+/// Wanted channels; shared by all threads.
 pub(super) struct Routes<'d> {
     pub(super) channels: &'d ChannelTable,
     pub(super) wanted: &'d [bool],
@@ -89,7 +89,7 @@ impl<'d> Routes<'d> {
         }
     }
 
-    /// How many channels the lookup table covers.
+    /// Returns the number of channels in the lookup table.
     pub(super) fn table_size(&self) -> usize {
         self.uses.len()
     }

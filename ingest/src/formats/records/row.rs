@@ -10,7 +10,7 @@ use super::{
     visitor::{Next, Visitor},
 };
 
-/// What was found in a sequence of records, and what is wrong with it.
+/// Counts of the messages in a sequence of records, and of its damage.
 #[derive(Default)]
 pub(super) struct Tally {
     pub(super) messages: u64,
@@ -76,7 +76,7 @@ impl Tally {
         ControlFlow::Continue(())
     }
 
-    /// Notes a gap and resumes after it.
+    /// Notes a gap and resumes behind it.
     fn resume<G: Grammar>(
         &mut self,
         content: &[u8],

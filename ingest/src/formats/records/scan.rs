@@ -24,6 +24,7 @@ pub(super) fn read<G: Grammar>(file: &FileBytes, losses: &mut Losses) -> Result<
     let _ = walk::walk::<G, _>(
         file,
         &no_chunks,
+        false,
         None,
         &KeptChunk::default(),
         &mut scan,

@@ -35,7 +35,7 @@ pub(super) struct Unpacked {
     content: Option<Content>,
     /// Whether a checksum covers the content.
     pub(super) has_checksum: bool,
-    /// Why the content is not available.
+    /// Reason why the content is not available.
     pub(super) failure: Option<String>,
     /// Its decoded messages if `is_taken_in`, else buffers to decode into.
     intake: Option<TakenIn>,
@@ -60,7 +60,7 @@ impl Unpacked {
         taken.filter(|_| std::mem::take(&mut self.is_taken_in))
     }
 
-    /// Offset of the content in the record, if it is not compressed.
+    /// Returns the offset of the content in the record; `None` if the content is compressed.
     pub(super) fn place_in_record(&self) -> Option<usize> {
         (self.content == Some(Content::AsPacked)).then_some(self.data.start)
     }
@@ -153,7 +153,7 @@ impl Unpacked {
         std::mem::swap(&mut self.buffers, buffers);
     }
 
-    /// Whether the content is no longer needed: all its messages are decoded, and nothing is wrong.
+    /// Whether the content is no longer needed: all its messages are decoded, and none has a problem.
     pub(super) fn is_done_with_content(&self) -> bool {
         let taken = self.intake.as_ref().filter(|_| self.is_taken_in);
         taken.is_some_and(|taken| taken.tally.problems() == 0)
@@ -182,7 +182,7 @@ impl Buffers {
     }
 }
 
-/// How a chunk is read.
+/// Way of reading a chunk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum LoadMode {
     Whole,

@@ -1,4 +1,4 @@
-//! What the walk over a file calls for each record.
+//! Interface that the walk over a file calls for each record.
 
 use super::{
     channel_counts::ChannelCounts,
@@ -6,7 +6,7 @@ use super::{
 };
 use crate::formats::reader::Batch;
 
-/// What to do after a message.
+/// Instruction of a visitor to the walk after a message.
 #[derive(PartialEq, Eq)]
 pub(crate) enum Next {
     Continue,
@@ -23,7 +23,7 @@ pub(crate) trait Visitor {
     }
     /// A wanted chunk begins.
     fn begin_chunk(&mut self, _offset: u64, _end: u64) {}
-    /// `false` if it contradicts an earlier definition.
+    /// Takes a definition; `false` if it contradicts an earlier one.
     fn definition(&mut self, _definition: &DefinitionRecord<'_>) -> bool {
         true
     }
@@ -39,7 +39,7 @@ pub(crate) trait Visitor {
     }
     /// The topic of a channel, for the loss report.
     fn topic_name(&self, channel_id: u32) -> Option<&str>;
-    /// Whether to continue after the last message, where definitions are repeated.
+    /// Whether the walk continues after the last message, where definitions are repeated.
     fn wants_repetitions(&self) -> bool {
         false
     }

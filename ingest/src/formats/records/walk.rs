@@ -36,6 +36,7 @@ pub(super) const RECORD_LIMIT_BYTES: u64 = 1 << 30;
 pub(super) fn walk<G: Grammar, V: Visitor>(
     file: &FileBytes,
     chunks: &ChunkDirectory,
+    is_empty: bool,
     intake: Option<&Intake<'_>>,
     kept: &KeptChunk,
     visitor: &mut V,
@@ -48,6 +49,7 @@ pub(super) fn walk<G: Grammar, V: Visitor>(
     with_chunks(file, intake, kept, |unpacking| {
         Walk::<G, V> {
             by_index,
+            is_empty,
             file,
             chunks,
             visitor,
@@ -83,8 +85,10 @@ pub(super) struct Walk<'w, G, V> {
     pub(super) passed_over: u64,
     /// Whether only repeated definitions follow: damage there loses no message.
     pub(super) is_past_messages: bool,
-    /// Whether to visit only wanted chunks, because the rest is in a bucket.
+    /// Whether the walk visits only wanted chunks, because the rest is in a bucket.
     pub(super) by_index: bool,
+    /// Whether the index states that nothing was recorded: then no record marks the end.
+    pub(super) is_empty: bool,
     pub(super) grammar: PhantomData<G>,
 }
 
@@ -107,7 +111,7 @@ fn wanted_ranges<V: Visitor>(
         .collect()
 }
 
-/// What is found at an offset.
+/// Content of the file at an offset.
 enum AtOffset {
     Record(Frame),
     End,
@@ -163,6 +167,7 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
                     offset = end;
                 }
                 AtOffset::End => return Ok(ControlFlow::Continue(())),
+                AtOffset::Unclosed if self.is_empty => return Ok(ControlFlow::Continue(())),
                 AtOffset::Unclosed => {
                     let reason =
                         word!("the recording was not closed: later messages may be missing");
@@ -380,7 +385,7 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
     }
 }
 
-/// Where in the file the damage is; exact if the content is not compressed.
+/// Returns the range of the damage in the file; exact if the content is not compressed.
 fn lost_place(unpacked: &Unpacked, bytes: &Range<u64>, tally: &Tally) -> Range<u64> {
     let gaps = tally.gaps();
     match (unpacked.place_in_record(), gaps.first(), gaps.last()) {
@@ -414,7 +419,7 @@ impl Visitor for Counter {
     }
 }
 
-/// What a search may find.
+/// Content that a search may find.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum SearchScope {
     Anything,
@@ -423,7 +428,7 @@ pub(super) enum SearchScope {
     CheckedChunk,
 }
 
-/// How to proceed after damage.
+/// Way to proceed after damage.
 pub(super) enum Resumption {
     Resume(u64),
     Stop(ControlFlow<()>),

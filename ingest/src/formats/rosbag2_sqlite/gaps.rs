@@ -7,7 +7,7 @@ use super::salvage::MessageRow;
 /// Most gaps listed; later ones are added to the last.
 const MOST_GAPS: usize = 1000;
 
-/// Ids missing between those found.
+/// Ids that are missing between those found.
 #[derive(Default)]
 pub(super) struct IdGaps {
     last: Option<(i64, i64, u64)>,
@@ -20,7 +20,7 @@ pub(super) struct IdGap {
     /// Times of the messages before and after.
     pub(super) first_time_ns: Option<i64>,
     pub(super) last_time_ns: i64,
-    /// From the end of the previous message's page to the start of the next message's page.
+    /// Bytes from the end of the previous message's page to the start of the next message's page.
     pub(super) pages: Range<u64>,
 }
 

@@ -23,7 +23,7 @@ const LEAF_HEADER_BYTES: usize = 8;
 const MOST_COLUMNS: usize = 8;
 
 impl PageSize {
-    /// From the first 32 bytes of a file; `None` if they are invalid.
+    /// Parses the first 32 bytes of a file; `None` if they are invalid.
     pub(super) fn parse(header: &[u8]) -> Option<Self> {
         let bytes = match u16::from_be_bytes(*header.get(16..)?.first_chunk()?) {
             1 => 65536,
@@ -35,10 +35,10 @@ impl PageSize {
         is_sound.then_some(Self { bytes, usable })
     }
 
-    /// How many bytes of a payload the cell itself holds.
+    /// Returns the number of bytes of a payload that the cell itself holds; the others are on overflow pages.
     fn local_bytes(self, payload_bytes: u64) -> usize {
         let usable = self.usable as u64;
-        let largest = usable - 35;
+        let largest = self.most_local_bytes() as u64;
         if payload_bytes <= largest {
             return payload_bytes as usize;
         }
@@ -49,6 +49,11 @@ impl PageSize {
         } else {
             smallest
         }) as usize
+    }
+
+    /// The longest payload that is on one page.
+    pub(super) fn most_local_bytes(self) -> usize {
+        self.usable - 35
     }
 
     /// The content of an overflow page: the number of the next page, and payload bytes.
@@ -88,6 +93,13 @@ pub(super) struct Cell<'p> {
     pub(super) local: &'p [u8],
     /// The overflow page on which the payload continues.
     pub(super) overflow: Option<u32>,
+}
+
+impl Cell<'_> {
+    /// The place in the page at which it ends.
+    pub(super) fn end(&self, page: &[u8]) -> usize {
+        self.local.as_ptr_range().end as usize - page.as_ptr() as usize
+    }
 }
 
 /// The rows on a leaf, in order; inconsistent ones are omitted.

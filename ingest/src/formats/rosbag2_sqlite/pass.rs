@@ -53,7 +53,7 @@ struct Pass<'p, 'r> {
 #[derive(Default)]
 struct Malformed {
     rows: u64,
-    /// First and last readable time among them.
+    /// First and last readable time of these rows (ns).
     span_ns: Option<(i64, i64)>,
 }
 
@@ -99,7 +99,8 @@ impl Pass<'_, '_> {
     }
 
     fn row(&mut self, row: &Row<'_>) -> Result<ControlFlow<()>, rusqlite::Error> {
-        if let Ok(id) = row.get_ref(0)?.as_i64() {
+        let id = row.get_ref(0)?.as_i64().ok();
+        if let Some(id) = id {
             self.note_seen(id);
         }
         self.rows += 1;
@@ -122,7 +123,7 @@ impl Pass<'_, '_> {
             .reader
             .cut
             .as_ref()
-            .is_some_and(|cut| cut.may_run_through(data))
+            .is_some_and(|cut| cut.may_run_through(id, data))
         {
             self.malformed.count(Some(time_ns));
             return Ok(ControlFlow::Continue(()));
@@ -267,7 +268,7 @@ struct IdSet {
 }
 
 impl IdSet {
-    /// For a file of this size: every row takes a few bytes.
+    /// Returns a set for the ids in a file of this size: every row takes a few bytes.
     fn new(file_bytes: u64) -> Self {
         const SMALLEST_ROW_BYTES: u64 = 8;
         Self {

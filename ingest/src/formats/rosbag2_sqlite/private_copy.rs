@@ -1,21 +1,29 @@
 //! A private copy of a database on which SQLite may apply the journal beside the original. The
 //! original is evidence and is never opened for writing.
 
-use std::path::{Path, PathBuf};
+use std::{
+    ffi::OsStr,
+    path::{Path, PathBuf},
+};
 
 use rusqlite::{Connection, OpenFlags};
 use tempfile::TempDir;
 use tipwatch_language::say;
 
-use crate::message::{Losses, LostPart};
+use crate::{
+    file::LogFile,
+    message::{Losses, LostPart},
+};
 
 /// File name suffixes of journals, and their first bytes.
-const JOURNALS: [(&str, &[u8]); 3] = [
-    ("-wal", &[0x37, 0x7f, 0x06, 0x82]),
-    ("-wal", &[0x37, 0x7f, 0x06, 0x83]),
+const JOURNALS: [(&str, &[&[u8]]); 2] = [
+    (
+        "-wal",
+        &[&[0x37, 0x7f, 0x06, 0x82], &[0x37, 0x7f, 0x06, 0x83]],
+    ),
     (
         "-journal",
-        &[0xd9, 0xd5, 0x05, 0xf9, 0x20, 0xa1, 0x63, 0xd7],
+        &[&[0xd9, 0xd5, 0x05, 0xf9, 0x20, 0xa1, 0x63, 0xd7]],
     ),
 ];
 
@@ -31,9 +39,10 @@ pub(super) struct PrivateCopy {
 
 /// Copies a database and its journal, and merges the two; `None` without a journal. A journal that
 /// cannot be merged is reported as a loss.
-pub(super) fn with_journal(path: &Path, losses: &mut Losses) -> Option<PrivateCopy> {
-    let Some((journal, ending)) = journal_of(path) else {
-        if needs_write_ahead_log(path) {
+pub(super) fn with_journal(database: &LogFile, losses: &mut Losses) -> Option<PrivateCopy> {
+    let path = database.path();
+    let Some((journal, ending)) = journal_of(database, losses) else {
+        if needs_write_ahead_log(database) {
             losses.note(say!(
                 "{}: it was recorded with a write-ahead log, and no file of this name with -wal is beside it; if it was \
                  copied while the recorder wrote it, its last messages are missing",
@@ -42,7 +51,7 @@ pub(super) fn with_journal(path: &Path, losses: &mut Losses) -> Option<PrivateCo
         }
         return None;
     };
-    match copy_and_merge(path, &journal, ending) {
+    match copy_and_merge(database.data(), journal.data(), ending) {
         Ok(copy) => {
             losses.note(say!(
                 "{}: a journal beside it was never merged ({ending}); it was applied to \
@@ -52,32 +61,68 @@ pub(super) fn with_journal(path: &Path, losses: &mut Losses) -> Option<PrivateCo
             Some(copy)
         }
         Err(error) => {
-            let bytes = std::fs::metadata(&journal).map_or(0, |metadata| metadata.len());
+            let bytes = std::fs::metadata(journal.data()).map_or(0, |metadata| metadata.len());
             let reason = say!("a journal cannot be applied: {error}");
-            losses.lose(LostPart::File, &journal, 0..bytes, reason);
+            losses.lose(LostPart::File, journal.path(), 0..bytes, reason);
             None
         }
     }
 }
 
-fn journal_of(path: &Path) -> Option<(PathBuf, &'static str)> {
-    JOURNALS.iter().find_map(|(ending, magic)| {
-        let journal = beside(path, ending);
-        let mut first_bytes = vec![0; magic.len()];
-        let mut file = std::fs::File::open(&journal).ok()?;
-        std::io::Read::read_exact(&mut file, &mut first_bytes).ok()?;
-        (first_bytes == *magic).then_some((journal, *ending))
+/// The journal beside a database, decompressed, and the ending of its name.
+fn journal_of(database: &LogFile, losses: &mut Losses) -> Option<(LogFile, &'static str)> {
+    JOURNALS.iter().find_map(|&(ending, magics)| {
+        let is_journal = |file: &LogFile| {
+            let begins = |magic: &&[u8]| begins_with(file.data(), magic);
+            magics.iter().any(begins)
+        };
+        let [plain, bare, packed] = journals_beside(database, ending);
+        let mut plain = [plain, bare].into_iter().map(|path| LogFile::plain(&path));
+        let found = plain.find(is_journal).or_else(|| {
+            let packed = packed.is_file().then(|| LogFile::plain(&packed))?;
+            packed.unpacked(losses).ok().filter(is_journal)
+        });
+        Some((found?, ending))
     })
+}
+
+/// The names that a journal can have: that of the database and the ending; of a compressed database `a.db3.zst` also `a.db3-wal` and
+/// `a.db3-wal.zst`.
+fn journals_beside(database: &LogFile, ending: &str) -> [PathBuf; 3] {
+    let path = database.path();
+    let is_packed = database.data() != path;
+    let packing = path.extension().filter(|_| is_packed);
+    let bare = match packing {
+        Some(_) => beside(&path.with_extension(""), ending),
+        None => beside(path, ending),
+    };
+    let mut packed = bare.clone().into_os_string();
+    packed.push(".");
+    packed.push(packing.unwrap_or(OsStr::new("zst")));
+    [beside(path, ending), bare, packed.into()]
+}
+
+fn begins_with(path: &Path, magic: &[u8]) -> bool {
+    let mut first_bytes = vec![0; magic.len()];
+    let file = std::fs::File::open(path);
+    file.is_ok_and(|mut file| std::io::Read::read_exact(&mut file, &mut first_bytes).is_ok())
+        && first_bytes == magic
 }
 
 /// Whether messages may lie in a file -wal that is not there. A recorder that ends in order merges and deletes the
 /// file, but the header keeps the mode: nothing tells the two apart.
-fn needs_write_ahead_log(path: &Path) -> bool {
+fn needs_write_ahead_log(database: &LogFile) -> bool {
     let mut header = [0; MODE_AT + 2];
-    let is_read = std::fs::File::open(path)
+    let is_read = std::fs::File::open(database.data())
         .and_then(|mut file| std::io::Read::read_exact(&mut file, &mut header))
         .is_ok();
-    is_read && header[MODE_AT..] == WRITE_AHEAD && !beside(path, "-wal").exists()
+    let is_there = |path: PathBuf| path.exists();
+    // what is beside a file of a bucket is not looked for
+    let is_local = database.path().exists();
+    is_local
+        && is_read
+        && header[MODE_AT..] == WRITE_AHEAD
+        && !journals_beside(database, "-wal").into_iter().any(is_there)
 }
 
 fn beside(path: &Path, ending: &str) -> PathBuf {

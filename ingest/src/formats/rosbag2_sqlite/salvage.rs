@@ -37,7 +37,7 @@ pub(super) struct Salvage<'f> {
     file: &'f FileBytes,
     size: PageSize,
     pages: u32,
-    /// For each page, whether its use is known.
+    /// Whether the use of each page is known.
     is_known: Vec<bool>,
     page: Vec<u8>,
     payload: Vec<u8>,

@@ -38,13 +38,13 @@ impl SqliteReader {
         losses: &mut Losses,
     ) -> Result<Self, Error> {
         let path = named.path();
-        let copy = private_copy::with_journal(path, losses);
+        let copy = private_copy::with_journal(named, losses);
         let data = copy.as_ref().map_or(named.data(), |copy| &copy.path);
-        let file = FileBytes::open(data, path)?;
+        let (file, cut) = Cut::find(FileBytes::open(data, path)?, path, losses)?;
         let mut reader = Self {
             path: path.to_path_buf(),
             data: data.to_path_buf(),
-            cut: Cut::find(&file, path, losses)?,
+            cut,
             file,
             _copy: copy,
             topics: HashMap::new(),

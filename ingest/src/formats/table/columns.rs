@@ -12,9 +12,9 @@ pub(super) const TYPE: &str = "tipwatch_table/msg/Row";
 #[derive(Debug)]
 pub(super) struct Columns {
     pub(super) definition: String,
-    /// Names as the table has them.
+    /// Names of the columns in the table.
     pub(super) names: Vec<String>,
-    /// Which columns would have had the same field.
+    /// Notes on columns that would have had the same field.
     pub(super) notes: Vec<String>,
 }
 

@@ -41,9 +41,9 @@ pub(crate) struct CsvReader {
     lines: Lines,
     rows: RowTopic,
     columns: Columns,
-    /// Where each line has one signal.
+    /// Signals of a table in which each line has one signal.
     signals: Option<Signals>,
-    /// By column: whether a mark in its numbers stands between groups of digits.
+    /// Whether a mark in the numbers of a column stands between groups of digits, by column.
     grouped: Vec<bool>,
 }
 
@@ -144,6 +144,7 @@ impl CsvReader {
                 "{name}: {remarks} lines are no rows: they begin with # or repeat the names of the columns"
             ));
         }
+        counted.note_coarse(path, losses);
         self.rows.counted = counted;
         if lacks_zone {
             losses.note(say!(
@@ -204,7 +205,7 @@ struct Lines {
     path: PathBuf,
     data: PathBuf,
     table: TextTable,
-    /// Where the last line begins, if no line break ends it.
+    /// Position of the last line, if no line break ends it.
     cut_at: Option<u64>,
 }
 
@@ -221,7 +222,7 @@ impl Lines {
         )
     }
 
-    /// Where the last line begins, if no line break ends it.
+    /// Finds the position of the last line, if no line break ends it.
     fn find_cut(&self) -> Result<Option<u64>, Error> {
         let mut file = File::open(&self.data).map_err(Error::io(&self.path))?;
         let bytes = file.metadata().map_err(Error::io(&self.path))?.len();
@@ -331,8 +332,8 @@ impl Lines {
         }
     }
 
-    /// Whether a line is for a reader: it begins with `#` and has not the cells of a row, whose first cell may be "#N/A" or
-    /// "#1", or it names the columns again.
+    /// Whether a line is a remark: it begins with `#` and lacks the cells of a row, whose first cell may be "#N/A" or "#1", or it
+    /// names the columns again.
     fn is_remark(&self, record: &ByteRecord) -> bool {
         let Some(first) = record
             .get(0)
@@ -345,7 +346,8 @@ impl Lines {
         record.len() != names.len() || names.first().is_some_and(is_name)
     }
 
-    /// Whether a line that names the columns names others than the first one, or in another order; `None` for a row.
+    /// Returns whether a line that names the columns names others than the first such line, or in another order; `None` for a
+    /// row.
     fn names_columns(&self, record: &ByteRecord) -> Option<bool> {
         let names = &self.table.names;
         let time = names.get(*self.table.time.columns.first()?)?.as_bytes();
@@ -357,15 +359,15 @@ impl Lines {
         })
     }
 
-    /// Whether a line repeats the one below the names of the columns.
+    /// Whether a line repeats the line of units below the names of the columns.
     fn is_units(&self, record: &ByteRecord) -> bool {
         let units = &self.table.units;
         let of_line = record.iter().map(<[u8]>::trim_ascii);
         !units.is_empty() && of_line.eq(units.iter().map(|unit| unit.trim().as_bytes()))
     }
 
-    /// Where the next line begins, if a quotation mark in this one has swallowed others: a record of several lines that has not as
-    /// many cells as there are columns, or far too many lines.
+    /// Finds the position of the next line, if a quotation mark in this one has swallowed others: a record of several lines that
+    /// has not as many cells as there are columns, or far too many lines.
     fn behind_open_quote(&self, record: &ByteRecord, place: &Place) -> Result<Option<u64>, Error> {
         let breaks = record
             .iter()
@@ -412,7 +414,9 @@ impl Lines {
         let texts: Vec<_> = texts.map(String::from_utf8_lossy).collect();
         let texts: Vec<&str> = texts.iter().map(|text| &**text).collect();
         let Some(time_ns) = time.read(&texts, self.table.has_decimal_comma) else {
-            let found = texts.join(" ");
+            // a block of zeros before a row is a part of its first cell
+            const MOST_SHOWN: usize = 40;
+            let found: String = texts.join(" ").chars().take(MOST_SHOWN).collect();
             let advice = match is_ambiguous(&found) {
                 true => {
                     word!(", which can be day or month first: --date-order dmy or mdy states it")
@@ -487,7 +491,7 @@ struct Signals {
 }
 
 impl Signals {
-    /// Those of all lines, in the order of their first lines.
+    /// Finds the signals of all lines, in the order of their first lines.
     ///
     /// # Errors
     /// Outside: the file cannot be read. Inside: the table cannot be read in the order of its times, or has too many signals.
@@ -547,7 +551,7 @@ impl Signals {
         self.by.names.iter().map(part).collect::<Vec<_>>().join(".")
     }
 
-    /// By place: the values of the first name, then those of the second one, and so on.
+    /// Returns the names of the columns by place: the values of the first name, then those of the second one, and so on.
     fn names(&self, columns: &[String]) -> Vec<String> {
         let mut names = vec![String::new(); self.units.len()];
         let values = self.by.values.as_slice();
@@ -614,7 +618,7 @@ impl JoinedRow {
         joined
     }
 
-    /// Whether a line is of this time, and its signal is not there yet.
+    /// Whether a signal has the time of this row, and its cells are still empty.
     fn takes(&self, next: &OneSignal) -> bool {
         let mut cells = self
             .cells
@@ -672,7 +676,7 @@ impl Cell {
 struct Row<'c> {
     time_ns: i64,
     cells: &'c [Cell],
-    /// Whether its date has no time zone.
+    /// Whether the date of the row has no time zone.
     lacks_zone: bool,
     /// The mark before the decimals of its time, if that is a number.
     time_decimal: Option<Mark>,
@@ -687,7 +691,7 @@ struct Line<'c> {
 type TakeLine<'t> = dyn FnMut(Result<Line<'_>, Problem>, Place) -> ControlFlow<()> + 't;
 type TakeRow<'t> = dyn FnMut(Result<Row<'_>, Problem>, Place) -> ControlFlow<()> + 't;
 
-/// Which marks stand before decimals where they can be nothing else.
+/// Decimal marks of numbers that can be read in one way only.
 #[derive(Debug, Clone, Copy, Default)]
 struct Decimals {
     point: bool,
@@ -728,7 +732,7 @@ struct OddCells {
     grouped: u64,
     mark: Option<Mark>,
     only_grouped: u64,
-    /// Whether there are whole numbers of three digits without a mark, and of more.
+    /// Whether the column has whole numbers of three digits without a mark, and of more.
     has_hundreds: bool,
     has_thousands: bool,
 }
@@ -777,8 +781,8 @@ impl OddCells {
         }
     }
 
-    /// Whether the marks in its numbers stand between groups of digits. The column itself tells, else the decimals of the whole
-    /// table, else whole numbers below a thousand without a mark.
+    /// Whether the marks in the column's numbers stand between groups of digits. The column itself decides, else the decimals of
+    /// the whole table, else whole numbers below a thousand without a mark.
     fn is_grouped(&self, table: Decimals) -> bool {
         let Some(mark) = self.mark else {
             return false;

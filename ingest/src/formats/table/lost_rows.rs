@@ -7,7 +7,7 @@ use tipwatch_language::say;
 use super::columns::TOPIC;
 use crate::message::{Losses, LostPart, LostRange};
 
-/// Why a row cannot be read.
+/// Reason why a row cannot be read.
 pub(super) struct Problem {
     /// Rows with problems of one kind are reported together.
     pub(super) kind: &'static str,
@@ -17,7 +17,7 @@ pub(super) struct Problem {
 impl Problem {
     const REMARK: &'static str = "remark";
 
-    /// It is no row, but a line for a reader, or one that repeats the names of the columns.
+    /// Returns the problem of a line that is no row: a line for a reader, or one that repeats the names of the columns.
     pub(super) fn remark() -> Self {
         Self {
             kind: Self::REMARK,
@@ -30,7 +30,7 @@ impl Problem {
     }
 }
 
-/// Where a row is.
+/// Position of a row.
 #[derive(Clone)]
 pub(super) struct Place {
     pub(super) bytes: Range<u64>,
@@ -48,12 +48,12 @@ pub(super) struct LostRows {
 
 struct Kind {
     count: u64,
-    /// From the first of them to the last.
+    /// Bytes from the first of these rows to the last.
     bytes: Range<u64>,
     lines: (u64, u64),
-    /// What is wrong with the first.
+    /// Problem of the first lost row.
     example: String,
-    /// The times of the intact rows before the first of them and behind the last.
+    /// The times of the intact rows before the first lost row and behind the last one (ns).
     before_ns: Option<i64>,
     behind_ns: Option<i64>,
 }

@@ -8,6 +8,7 @@ use std::{
     sync::Arc,
 };
 
+use jiff::{Span, civil::date};
 use parquet::{
     basic::{Compression, ConvertedType, LogicalType, TimeUnit, Type as Physical},
     column::reader::{ColumnReader, ColumnReaderImpl},
@@ -24,34 +25,62 @@ use parquet::{
 use tipwatch_language::{say, word};
 
 use super::{
-    columns::Columns,
+    columns::{Columns, TOPIC},
     rows::{Counted, RowTopic},
 };
 use crate::{
     file::LogFile,
     formats::reader::{FileReader, Request},
-    message::{Error, Losses, LostPart, TopicTable},
-    table::{self, Kind, Sample, TableOptions, TimeSource},
+    message::{Error, Losses, LostPart, LostRange, TopicTable},
+    table::{self, DaysPassed, Kind, Sample, TableOptions, TimeSource},
 };
 
 /// Far above the row groups of any writer.
 const MOST_GROUP_BYTES: i64 = 2 << 30;
-/// The same, in rows: damaged counts can stand for any number of them.
+/// Most rows of a row group: damaged counts can stand for any number of them.
 const MOST_GROUP_ROWS: i64 = 1 << 26;
 /// Rows that are read at a time: a damaged count does not reserve memory for all of them.
 const ROWS_PER_READ: usize = 4096;
 
-/// The times (ns) of the rows of a group, and the columns of numbers.
-type Rows = (Vec<Option<i64>>, Vec<Vec<f64>>);
+/// The times (ns) of the rows of a group, those that cannot be read, and the columns of numbers.
+type Rows = (Vec<Option<i64>>, Unread, Vec<Vec<f64>>);
+
+/// The rows whose texts are no times, in order.
+#[derive(Default)]
+struct Unread {
+    rows: Vec<usize>,
+    /// The text of the first of them.
+    example: String,
+}
 
 /// Rows in which the unit of the times is looked for.
 const SAMPLED_ROWS: usize = 200;
 
-/// The column of time, or those of its seconds and their parts.
-struct Time {
-    columns: Vec<usize>,
-    /// The unit of each (ns).
-    units_ns: Vec<i64>,
+/// The time of the rows.
+enum Time {
+    /// The column of time, or those of its seconds and their parts, and the unit of each (ns).
+    Numbers {
+        columns: Vec<usize>,
+        units_ns: Vec<i64>,
+    },
+    /// Texts, dates and times of day, read as those of a table in text.
+    Texts {
+        source: TimeSource,
+        lacks_zone: bool,
+    },
+}
+
+impl Time {
+    fn columns(&self) -> &[usize] {
+        match self {
+            Self::Numbers { columns, .. } => columns,
+            Self::Texts { source, .. } => &source.columns,
+        }
+    }
+
+    fn is_of_day(&self) -> bool {
+        matches!(self, Self::Texts { source, .. } if source.kind == Kind::TimeOfDay)
+    }
 }
 
 /// A Parquet file.
@@ -107,7 +136,7 @@ impl ParquetReader {
         let stamps = singles().filter(|&at| is_meant(at));
         let stamps = stamps.filter_map(|at| Some((at, time_unit_ns(&columns[at])?)));
         let stamps: Vec<(usize, i64)> = stamps.collect();
-        let of_stamp = |&(at, unit_ns): &(usize, i64)| Time {
+        let of_stamp = |&(at, unit_ns): &(usize, i64)| Time::Numbers {
             columns: vec![at],
             units_ns: vec![unit_ns],
         };
@@ -115,36 +144,50 @@ impl ParquetReader {
         let by_name = stamps
             .iter()
             .find(|(at, _)| table::is_name_of_time(columns[*at].name()));
+        let texts = singles()
+            .filter(|&at| is_text(&columns[at]) && may_be_time(columns[at].name(), options));
+        let mut candidates: Vec<usize> = texts.chain(numbers.iter().copied()).collect();
+        candidates.sort_unstable();
         let (time, mut told) = match by_name {
             Some(stamp) => (of_stamp(stamp), None),
             None => match (
-                number_time(file.data(), &metadata, &numbers, options),
+                time_by_values(file.data(), &metadata, &candidates, options),
                 stamps.first(),
             ) {
                 (Err(_), Some(stamp)) => (of_stamp(stamp), None),
                 (found, _) => found.map_err(invalid)?,
             },
         };
+        let used = time.columns();
         let not_used = stamps.iter().map(|(at, _)| at);
-        let not_used = not_used.filter(|at| !time.columns.contains(at));
+        let not_used = not_used.filter(|at| !used.contains(at));
         let not_used: Vec<&str> = not_used.map(|at| columns[*at].name()).collect();
         if !not_used.is_empty() {
-            let used = time.columns.iter().map(|at| columns[*at].name());
+            let used = used.iter().map(|at| columns[*at].name());
             told = Some(say!(
                 "time: {}; not the other columns of times: {} (--time-column NAME states one)",
                 used.collect::<Vec<_>>().join(word!(" and ")),
                 not_used.join(", ")
             ));
         }
-        numbers.retain(|at| !time.columns.contains(at));
-        refuse_packing(&metadata, numbers.iter().chain(&time.columns)).map_err(invalid)?;
+        numbers.retain(|at| !used.contains(at));
+        refuse_packing(&metadata, numbers.iter().chain(used)).map_err(invalid)?;
         if let Some(told) = told {
             losses.note(format!("{}: {told}", path.display()));
+        }
+        if let Time::Texts {
+            lacks_zone: true, ..
+        } = time
+        {
+            let name = path.display();
+            losses.note(say!(
+                "{name}: times are stated without a time zone: UTC is assumed"
+            ));
         }
         let read = || {
             numbers
                 .iter()
-                .chain(&time.columns)
+                .chain(used)
                 .map(|&at| schema.get_column_root_idx(at))
         };
         let others = (fields.iter().enumerate()).filter(|(at, _)| !read().any(|read| read == *at));
@@ -187,6 +230,7 @@ impl ParquetReader {
             counted.count(time_ns);
             ControlFlow::Continue(())
         })?;
+        counted.note_coarse(path, losses);
         reader.rows.counted = counted;
         topics.add_messages(reader.rows.topic, Some(reader.rows.counted.rows));
         Ok(reader)
@@ -199,10 +243,13 @@ impl ParquetReader {
         take: &mut dyn FnMut(i64, &[f64]) -> ControlFlow<()>,
     ) -> Result<ControlFlow<()>, Error> {
         let mut without_time = 0_u64;
+        let (is_of_day, mut days) = (self.time.is_of_day(), DaysPassed::default());
         let mut values = Vec::new();
         let mut lost: Vec<LostGroups> = Vec::new();
+        let mut lost_rows: Option<LostRange> = None;
+        let mut last_ns = None;
         for group in 0..self.metadata.num_row_groups() {
-            let (times, columns) = match self.group(group)? {
+            let (times, unread, columns) = match self.group(group)? {
                 Ok(rows) => rows,
                 Err(problem) => {
                     let bytes = self.bytes_of(group);
@@ -214,6 +261,8 @@ impl ParquetReader {
                             last: group,
                             count: 1,
                             bytes,
+                            before_ns: last_ns,
+                            behind_ns: None,
                         }),
                     }
                     continue;
@@ -221,9 +270,23 @@ impl ParquetReader {
             };
             for (row, time_ns) in times.into_iter().enumerate() {
                 let Some(time_ns) = time_ns else {
-                    without_time += 1;
+                    match unread.rows.binary_search(&row) {
+                        Ok(_) => self.lose_row(group, &unread.example, last_ns, &mut lost_rows),
+                        Err(_) => without_time += 1,
+                    }
                     continue;
                 };
+                let time_ns = match is_of_day {
+                    true => days.after(time_ns),
+                    false => time_ns,
+                };
+                last_ns = Some(time_ns);
+                for lost in &mut lost {
+                    lost.behind_ns.get_or_insert(time_ns);
+                }
+                if let Some(lost) = &mut lost_rows {
+                    lost.last_time_ns.get_or_insert(time_ns);
+                }
                 values.clear();
                 values.extend(columns.iter().map(|column| column[row]));
                 if take(time_ns, &values).is_break() {
@@ -233,7 +296,18 @@ impl ParquetReader {
         }
         for lost in lost {
             let reason = lost.reason();
-            losses.lose(LostPart::Chunk, &self.path, lost.bytes, reason);
+            losses.push(LostRange {
+                first_time_ns: lost.before_ns,
+                last_time_ns: lost.behind_ns,
+                ..LostRange::of(LostPart::Chunk, &self.path, lost.bytes, reason)
+            });
+        }
+        if let Some(mut lost) = lost_rows {
+            let count = lost.message_count.unwrap_or(0);
+            if count > 1 {
+                lost.reason = say!("{count} rows: {}", lost.reason);
+            }
+            losses.push(lost);
         }
         if without_time > 0 {
             losses.note(say!(
@@ -242,6 +316,34 @@ impl ParquetReader {
             ));
         }
         Ok(ControlFlow::Continue(()))
+    }
+
+    /// Adds a row of a group to those whose texts are no times.
+    fn lose_row(
+        &self,
+        group: usize,
+        example: &str,
+        before_ns: Option<i64>,
+        lost: &mut Option<LostRange>,
+    ) {
+        let bytes = self.bytes_of(group);
+        let lost = lost.get_or_insert_with(|| {
+            let advice = "";
+            let reason = say!(
+                "expected a time, found \"{}\"{advice}",
+                example.escape_debug()
+            );
+            LostRange {
+                first_time_ns: before_ns,
+                ..LostRange::of(LostPart::Records, &self.path, bytes.clone(), reason)
+            }
+        });
+        let count = lost.message_count.unwrap_or(0) + 1;
+        lost.message_count = Some(count);
+        lost.messages.insert(TOPIC.to_owned(), count);
+        lost.start_byte = lost.start_byte.min(bytes.start);
+        lost.end_byte = lost.end_byte.max(bytes.end);
+        lost.last_time_ns = None;
     }
 
     /// The rows of a group, or what is wrong with it.
@@ -265,20 +367,42 @@ impl ParquetReader {
                     group.column(at).column_descr(),
                 )
             };
-            let Time { columns, units_ns } = &self.time;
-            let first = columns.first().zip(units_ns.first());
-            let (&first, &unit_ns) = first.unwrap_or((&0, &1));
-            let (first, described) = column(first);
-            let mut times = times_ns(first?, described, unit_ns, rows)?;
-            if let Some((&second, &part_ns)) = columns.get(1).zip(units_ns.get(1)) {
-                let (parts, described) = column(second);
-                add_parts(&mut times, part_ns, &numbers(parts?, described, rows)?);
-            }
+            let mut unread = Unread::default();
+            let times = match &self.time {
+                Time::Numbers { columns, units_ns } => {
+                    let first = columns.first().zip(units_ns.first());
+                    let (&first, &unit_ns) = first.unwrap_or((&0, &1));
+                    let (first, described) = column(first);
+                    let mut times = times_ns(first?, described, unit_ns, rows)?;
+                    if let Some((&second, &part_ns)) = columns.get(1).zip(units_ns.get(1)) {
+                        let (parts, described) = column(second);
+                        add_parts(&mut times, part_ns, &numbers(parts?, described, rows)?);
+                    }
+                    times
+                }
+                Time::Texts { source, .. } => {
+                    let cells = source.columns.iter().map(|&at| {
+                        let (cells_of, described) = column(at);
+                        texts(cells_of?, described, rows)
+                    });
+                    let cells: Vec<Vec<String>> = cells.collect::<ParquetResult<_>>()?;
+                    let time_ns = |row: usize| {
+                        let found = row_of(&cells, row);
+                        let time_ns = source.read(&found, false);
+                        let is_empty = || found.iter().all(|cell| cell.trim().is_empty());
+                        if time_ns.is_none() && !is_empty() {
+                            unread.add(row, &found);
+                        }
+                        time_ns
+                    };
+                    (0..rows).map(time_ns).collect()
+                }
+            };
             let columns = self.numbers.iter().map(|&at| {
                 let (numbers_of, described) = column(at);
                 numbers(numbers_of?, described, rows)
             });
-            Ok((times, columns.collect::<ParquetResult<_>>()?))
+            Ok((times, unread, columns.collect::<ParquetResult<_>>()?))
         }));
         let read = read.map(|rows| rows.map_err(|error| error.to_string()));
         Ok(read.unwrap_or_else(|_| Err(word!("cannot be decoded").to_owned())))
@@ -299,20 +423,34 @@ impl ParquetReader {
     }
 }
 
+impl Unread {
+    fn add(&mut self, row: usize, cells: &[&str]) {
+        const MOST_SHOWN: usize = 40;
+        if self.rows.is_empty() {
+            self.example = cells.join(" ").chars().take(MOST_SHOWN).collect();
+        }
+        self.rows.push(row);
+    }
+}
+
 /// Row groups that cannot be read for one reason.
 struct LostGroups {
     problem: String,
     first: usize,
     last: usize,
     count: usize,
-    /// From the first of them to the last.
+    /// Bytes from the first of these groups to the last.
     bytes: Range<u64>,
+    /// The times of the rows before the first of them, and behind the last.
+    before_ns: Option<i64>,
+    behind_ns: Option<i64>,
 }
 
 impl LostGroups {
     fn add(&mut self, group: usize, bytes: &Range<u64>) {
         self.count += 1;
         self.last = group;
+        self.behind_ns = None;
         self.bytes = self.bytes.start.min(bytes.start)..self.bytes.end.max(bytes.end);
     }
 
@@ -355,8 +493,8 @@ fn refuse_packing<'c>(
     }
 }
 
-/// The column of numbers that is the time, with what was assumed, by its name and first values.
-fn number_time(
+/// The columns that are the time, with what was assumed, by their names and first values.
+fn time_by_values(
     data: &Path,
     metadata: &ParquetMetaData,
     columns: &[usize],
@@ -370,10 +508,7 @@ fn number_time(
     let texts = catch_unwind(AssertUnwindSafe(|| first_texts(data, metadata, columns)));
     let texts = texts.unwrap_or_else(|_| Err("cannot be decoded".to_owned()))?;
     let rows: Vec<Vec<String>> = (0..texts.iter().map(Vec::len).max().unwrap_or(0))
-        .map(|row| {
-            let cell = |column: &Vec<String>| column.get(row).cloned().unwrap_or_default();
-            texts.iter().map(cell).collect()
-        })
+        .map(|row| row_of(&texts, row).into_iter().map(str::to_owned).collect())
         .collect();
     let sample = Sample {
         names: &names,
@@ -381,29 +516,39 @@ fn number_time(
         rows: &rows,
         has_decimal_comma: false,
     };
-    let TimeSource {
-        columns: found,
-        kind,
-        part_ns,
-        told,
-    } = table::find(&sample, options).map_err(|problem| {
+    let found = table::find(&sample, options).map_err(|problem| {
         let others = (0..schema.num_columns()).filter(|at| !columns.contains(at));
         let others: Vec<String> = others.map(name).collect();
         match others.is_empty() {
             true => problem,
-            false => {
-                let has_texts = others.iter().any(|name| table::is_name_of_time(name));
-                let way_out = match has_texts {
-                    true => "; write times as timestamps (with pandas: pd.to_datetime)",
-                    false => "",
-                };
-                format!(
-                    "{problem}; columns that are neither numbers nor timestamps: {}{way_out}",
-                    others.join(", ")
-                )
-            }
+            false => format!(
+                "{problem}; columns that are neither numbers nor times: {}",
+                others.join(", ")
+            ),
         }
     })?;
+    let in_file: Vec<usize> = found.columns.iter().map(|&at| columns[at]).collect();
+    if in_file.iter().any(|&at| is_text(&schema.column(at))) {
+        let lacks_zone = rows.iter().any(|row| {
+            let cells = found.columns.iter();
+            let cells: Vec<&str> = cells
+                .filter_map(|&at| Some(row.get(at)?.as_str()))
+                .collect();
+            found.lacks_zone(&cells)
+        });
+        let told = found.told.clone();
+        let source = TimeSource {
+            columns: in_file,
+            ..found
+        };
+        return Ok((Time::Texts { source, lacks_zone }, told));
+    }
+    let TimeSource {
+        kind,
+        part_ns,
+        told,
+        ..
+    } = found;
     let unit_ns = match kind {
         Kind::Multiples(unit_ns) => unit_ns,
         Kind::SpreadsheetDays => {
@@ -414,49 +559,101 @@ fn number_time(
         }
         Kind::Text(_) | Kind::TimeOfDay => return Err("no row has a time".to_owned()),
     };
-    let columns = found.iter().map(|&at| columns[at]).collect();
     let units_ns = std::iter::once(unit_ns).chain(part_ns).collect();
-    Ok((Time { columns, units_ns }, told))
+    let columns = in_file;
+    Ok((Time::Numbers { columns, units_ns }, told))
 }
 
-/// The first values of columns of numbers, as text: whole numbers with all their digits.
+/// The cells of a row.
+fn row_of(columns: &[Vec<String>], row: usize) -> Vec<&str> {
+    let columns = columns.iter();
+    columns
+        .map(|column| column.get(row).map_or("", String::as_str))
+        .collect()
+}
+
+/// The first values of columns, as text.
 fn first_texts(
     data: &Path,
     metadata: &ParquetMetaData,
     columns: &[usize],
 ) -> Result<Vec<Vec<String>>, String> {
     let source = Arc::new(File::open(data).map_err(|error| error.to_string())?);
-    let mut found: Vec<Vec<String>> = vec![Vec::new(); columns.len()];
+    let mut found_all: Vec<Vec<String>> = vec![Vec::new(); columns.len()];
     let groups = metadata.row_groups().iter().enumerate();
     let Some((index, group)) = groups.into_iter().find(|(_, group)| group.num_rows() > 0) else {
-        return Ok(found);
+        return Ok(found_all);
     };
     let text = |error: ParquetError| error.to_string();
     let pages = metadata.page_index_for_row_group(index);
     let properties = Arc::new(ReaderProperties::builder().build());
     let reader = SerializedRowGroupReader::new(source, group, pages, properties).map_err(text)?;
     let rows = SAMPLED_ROWS.min(usize::try_from(group.num_rows()).unwrap_or(0));
-    for (texts, &at) in found.iter_mut().zip(columns) {
+    for (found, &at) in found_all.iter_mut().zip(columns) {
         let described = group.column(at).column_descr();
-        *texts = match reader.get_column_reader(at).map_err(text)? {
-            ColumnReader::Int64ColumnReader(reader)
-                if !is_unsigned(described) && !is_decimal(described) =>
-            {
-                let values = each(reader, described, rows, None, |&value| Some(value));
-                let shown = |value: Option<i64>| value.map_or(String::new(), |v| v.to_string());
-                values.map_err(text)?.into_iter().map(shown).collect()
-            }
-            other => {
-                let values = numbers(other, described, rows).map_err(text)?;
-                let shown = |value: f64| match value.is_finite() {
-                    true => value.to_string(),
-                    false => String::new(),
-                };
-                values.into_iter().map(shown).collect()
-            }
-        };
+        let reader = reader.get_column_reader(at).map_err(text)?;
+        *found = texts(reader, described, rows).map_err(text)?;
     }
-    Ok(found)
+    Ok(found_all)
+}
+
+/// The cells of a column as text: whole numbers with all their digits, dates and times of day as in ISO 8601. Empty where it has no
+/// value.
+fn texts(
+    reader: ColumnReader,
+    column: &ColumnDescriptor,
+    rows: usize,
+) -> ParquetResult<Vec<String>> {
+    let of_calendar = |value: i64| calendar_text(column, value).unwrap_or_default();
+    let none = String::new();
+    match reader {
+        ColumnReader::ByteArrayColumnReader(reader) if is_text(column) => {
+            each(reader, column, rows, none, |text| {
+                String::from_utf8_lossy(text.data()).into_owned()
+            })
+        }
+        ColumnReader::Int32ColumnReader(reader) if is_text(column) => {
+            each(reader, column, rows, none, |&value| {
+                of_calendar(value.into())
+            })
+        }
+        ColumnReader::Int64ColumnReader(reader) if is_text(column) => {
+            each(reader, column, rows, none, |&value| of_calendar(value))
+        }
+        ColumnReader::Int64ColumnReader(reader) if !is_unsigned(column) && !is_decimal(column) => {
+            each(reader, column, rows, none, ToString::to_string)
+        }
+        other => {
+            let shown = |value: f64| match value.is_finite() {
+                true => value.to_string(),
+                false => String::new(),
+            };
+            Ok(numbers(other, column, rows)?
+                .into_iter()
+                .map(shown)
+                .collect())
+        }
+    }
+}
+
+/// The text of a date or a time of day.
+fn calendar_text(column: &ColumnDescriptor, value: i64) -> Option<String> {
+    const S_PER_HOUR: i64 = 3600;
+    const NS_PER_S: i64 = 1_000_000_000;
+    let unit_ns = match (column.logical_type_ref(), column.converted_type()) {
+        (Some(LogicalType::Time(time)), _) => unit_ns(&time.unit),
+        (None, ConvertedType::TIME_MILLIS) => unit_ns(&TimeUnit::MILLIS),
+        (None, ConvertedType::TIME_MICROS) => unit_ns(&TimeUnit::MICROS),
+        _ => {
+            let days = Span::new().try_days(value).ok()?;
+            return Some(date(1970, 1, 1).checked_add(days).ok()?.to_string());
+        }
+    };
+    let time_ns = value.checked_mul(unit_ns).filter(|time| *time >= 0)?;
+    let (time_s, part_ns) = (time_ns / NS_PER_S, time_ns % NS_PER_S);
+    let (hour, of_hour) = (time_s / S_PER_HOUR, time_s % S_PER_HOUR);
+    let (minute, second) = (of_hour / 60, of_hour % 60);
+    Some(format!("{hour:02}:{minute:02}:{second:02}.{part_ns:09}"))
 }
 
 /// Adds parts of a second, in a unit (ns), to times that are whole seconds.
@@ -470,6 +667,39 @@ fn add_parts(times: &mut [Option<i64>], part_ns: i64, parts: &[f64]) {
     }
 }
 
+/// A unit of time (ns).
+fn unit_ns(unit: &TimeUnit) -> i64 {
+    match unit {
+        TimeUnit::MILLIS => 1_000_000,
+        TimeUnit::MICROS => 1000,
+        TimeUnit::NANOS => 1,
+    }
+}
+
+/// Whether the cells are texts, dates or times of day.
+fn is_text(column: &ColumnDescriptor) -> bool {
+    use ConvertedType::{DATE, TIME_MICROS, TIME_MILLIS, UTF8};
+    match column.logical_type_ref() {
+        Some(logical) => matches!(
+            logical,
+            LogicalType::String | LogicalType::Date | LogicalType::Time(_)
+        ),
+        None => matches!(
+            column.converted_type(),
+            UTF8 | DATE | TIME_MILLIS | TIME_MICROS
+        ),
+    }
+}
+
+/// Whether the name is that of a time or of a part of it.
+fn may_be_time(name: &str, options: &TableOptions) -> bool {
+    match &options.time_column {
+        None => table::is_name_of_time(name),
+        Some(named) => (named.split(',').chain([named.as_str()]))
+            .any(|named| table::is_same_column(name, named)),
+    }
+}
+
 /// The unit of a timestamp (ns).
 fn time_unit_ns(column: &ColumnDescriptor) -> Option<i64> {
     let unit = match column.logical_type_ref() {
@@ -477,12 +707,11 @@ fn time_unit_ns(column: &ColumnDescriptor) -> Option<i64> {
         _ => None,
     };
     match (unit, column.converted_type(), column.physical_type()) {
-        (Some(TimeUnit::MILLIS), ..) | (None, ConvertedType::TIMESTAMP_MILLIS, _) => {
-            Some(1_000_000)
-        }
-        (Some(TimeUnit::MICROS), ..) | (None, ConvertedType::TIMESTAMP_MICROS, _) => Some(1000),
+        (Some(unit), ..) => Some(unit_ns(unit)),
+        (None, ConvertedType::TIMESTAMP_MILLIS, _) => Some(unit_ns(&TimeUnit::MILLIS)),
+        (None, ConvertedType::TIMESTAMP_MICROS, _) => Some(unit_ns(&TimeUnit::MICROS)),
         // the type of timestamps in nanoseconds before there was a name for it
-        (Some(TimeUnit::NANOS), ..) | (None, _, Physical::INT96) => Some(1),
+        (None, _, Physical::INT96) => Some(unit_ns(&TimeUnit::NANOS)),
         _ => None,
     }
 }
@@ -619,7 +848,7 @@ fn whole_number(bytes: &[u8]) -> f64 {
 }
 
 /// Every row of a column, `missing` where it has no value.
-fn each<C: DataType, V: Copy>(
+fn each<C: DataType, V: Clone>(
     mut reader: ColumnReaderImpl<C>,
     column: &ColumnDescriptor,
     rows: usize,
@@ -642,8 +871,8 @@ fn each<C: DataType, V: Copy>(
         }
         let mut known = known.iter().map(&value);
         let row = |&level: &i16| match level == column.max_def_level() {
-            true => known.next().unwrap_or(missing),
-            false => missing,
+            true => known.next().unwrap_or_else(|| missing.clone()),
+            false => missing.clone(),
         };
         found.extend(levels.iter().map(row));
     }

@@ -1,11 +1,13 @@
 //! Rows as messages: what both kinds of table share.
 
-use std::ops::ControlFlow;
+use std::{ops::ControlFlow, path::Path};
+
+use tipwatch_language::say;
 
 use super::columns::{Columns, TOPIC, TYPE};
 use crate::{
     formats::reader::Request,
-    message::{RawMessage, TopicDescription, TopicId, TopicTable},
+    message::{Losses, RawMessage, TopicDescription, TopicId, TopicTable},
     schema::CDR,
 };
 
@@ -20,19 +22,35 @@ pub(super) struct RowTopic {
     pub(super) counted: Counted,
 }
 
-/// What the first pass finds out about the rows.
+/// Counts of the first pass over the rows.
 #[derive(Debug, Default, Clone, Copy)]
 pub(super) struct Counted {
     pub(super) rows: u64,
     pub(super) span_ns: Option<(i64, i64)>,
+    last_ns: Option<i64>,
+    /// Rows with the time of the row before.
+    repeated: u64,
 }
 
 impl Counted {
     /// Counts a row of the first pass.
     pub(super) fn count(&mut self, time_ns: i64) {
         self.rows += 1;
+        self.repeated += u64::from(self.last_ns.replace(time_ns) == Some(time_ns));
         let (first, last) = self.span_ns.unwrap_or((time_ns, time_ns));
         self.span_ns = Some((first.min(time_ns), last.max(time_ns)));
+    }
+
+    /// Tells if the times are too coarse for the rows.
+    pub(super) fn note_coarse(&self, path: &Path, losses: &mut Losses) {
+        let Self { rows, repeated, .. } = self;
+        if 2 * repeated > *rows {
+            losses.note(say!(
+                "{}: {repeated} of {rows} rows have the time of the row before: of rows of one time, each column has one value; \
+                 --time-column NAME states a finer time",
+                path.display()
+            ));
+        }
     }
 }
 
@@ -81,7 +99,7 @@ impl RowTopic {
     }
 }
 
-/// Whether messages of this type are rows of a table, in which each may have some of the numbers.
+/// Whether messages of this type are rows of a table, each of which may have some of the numbers.
 pub(crate) fn is_row(type_name: &str) -> bool {
     type_name == TYPE
 }

@@ -16,10 +16,10 @@ const LONGEST_WAIT: Duration = Duration::from_secs(20);
 /// Longest part of a server's own words in a message.
 const MOST_WORDS: usize = 300;
 
-/// Why one attempt failed.
+/// Reason why one attempt failed.
 pub(crate) enum Failure {
     Store(StoreError),
-    /// Fewer bytes, or others, than asked for.
+    /// Fewer bytes than requested, or others.
     Incomplete(String),
     Other(Error),
 }
@@ -142,7 +142,7 @@ fn transport(error: &StoreError) -> Option<HttpErrorKind> {
     None
 }
 
-/// What the server said: its status and code, and the region to ask in.
+/// Describes the refusal of a server: its status and code, and the region to ask in.
 fn told(error: &StoreError, said: &Said, access: &Access) -> String {
     let refused = |status: u16| {
         let code = said
@@ -171,7 +171,7 @@ fn told(error: &StoreError, said: &Said, access: &Access) -> String {
 /// The region that requests ask in, unless another one is stated.
 const DEFAULT_REGION: &str = "us-east-1";
 
-/// What is wrong with the region of the requests, if that is known.
+/// Describes the error in the region of the requests, with the remedy; empty if none is known.
 fn region(said: &Said, access: &Access) -> String {
     let variables = access.variables_of("AWS_");
     let value = |name: &str| {

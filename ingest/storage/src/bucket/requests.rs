@@ -17,12 +17,12 @@ use crate::place::{Access, Kind, Remote, Root, root};
 
 use super::attempts::{Failed, Failure, attempt};
 
-/// Which version of an object is read.
+/// Identity of the version of an object.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Version {
     pub(crate) size: u64,
     pub(crate) e_tag: Option<String>,
-    /// Seconds since 1970, where the server states it.
+    /// Time of the last change (seconds since 1970), where the server states it; otherwise zero.
     pub(crate) modified_s: i64,
 }
 
@@ -35,13 +35,13 @@ impl Version {
         }
     }
 
-    /// The tag by which a server can be asked for this version alone; weak ones never match.
+    /// The tag by which a server returns this version alone; weak ones never match.
     fn strong_tag(&self) -> Option<String> {
         let is_strong = |tag: &&String| !tag.starts_with("W/");
         self.e_tag.as_ref().filter(is_strong).cloned()
     }
 
-    /// Whether a later answer can be told to be of this version.
+    /// Whether a later answer can be recognised as one of this version.
     fn is_known(&self) -> bool {
         self.e_tag.is_some() || self.modified_s != 0
     }
@@ -233,7 +233,7 @@ impl Bucket {
         Ok((found, unnameable))
     }
 
-    /// What is directly in a folder and can be named by requests.
+    /// Lists the objects and folders directly in a folder, without those that no request can name.
     pub(crate) async fn children(
         &self,
         place: &str,

@@ -44,25 +44,25 @@ impl Folder {
         &self.location
     }
 
-    /// Requests and bytes so far; none in a local folder.
+    /// Returns the requests and bytes so far; none in a local folder.
     pub fn transfer(&self) -> Transfer {
         let counts = self.bucket.as_ref().map(|bucket| bucket.counts.transfer());
         counts.unwrap_or_default()
     }
 
-    /// The objects whose names match a pattern (`*` and `?` within a name, `**` over folders), by name.
+    /// Lists the objects whose names match a pattern (`*` and `?` within a name, `**` over folders), by name.
     ///
     /// # Errors
-    /// It cannot be listed. A folder that is absent is empty.
+    /// The folder cannot be listed. A folder that is absent is empty.
     pub fn list(&self, pattern: &str) -> Result<Vec<Entry>, Error> {
         Ok(self.list_all(pattern)?.0)
     }
 
-    /// The same, and the keys of objects of a bucket that match, too, but that no request can name, such as `a//b`: they cannot
-    /// be read.
+    /// Lists the objects that match a pattern as [`list`](Self::list) does, and the matching keys of a bucket that no request can
+    /// name, such as `a//b`: their objects cannot be read.
     ///
     /// # Errors
-    /// It cannot be listed. A folder that is absent is empty.
+    /// The folder cannot be listed. A folder that is absent is empty.
     pub fn list_all(&self, pattern: &str) -> Result<(Vec<Entry>, Vec<String>), Error> {
         let keys = Keys::new(&self.location.shown(), pattern)?;
         let (mut found, mut unnameable) = self.below(split(pattern).0)?;
@@ -104,10 +104,10 @@ impl Folder {
         })
     }
 
-    /// The objects directly in a folder of this one ("" for itself), and the names of its folders; both by name.
+    /// Lists the objects directly in a folder of this one ("" for itself), and the names of its folders; both by name.
     ///
     /// # Errors
-    /// It cannot be listed. A folder that is absent is empty.
+    /// The folder cannot be listed. A folder that is absent is empty.
     pub fn children(&self, inner: &str) -> Result<(Vec<Entry>, Vec<String>), Error> {
         let from = match inner {
             "" => self.location.clone(),
@@ -142,10 +142,10 @@ impl Folder {
         Ok((entries, folders.into_iter().map(within).collect()))
     }
 
-    /// An object as a whole.
+    /// Reads an object as a whole.
     ///
     /// # Errors
-    /// It is absent or cannot be read.
+    /// The object is absent or cannot be read.
     pub fn get(&self, key: &str) -> Result<Vec<u8>, Error> {
         let place = self.location.join(key)?;
         match (self.bucket.clone(), place.as_remote().cloned()) {
@@ -160,7 +160,7 @@ impl Folder {
     /// Writes an object, replacing another of this name.
     ///
     /// # Errors
-    /// It cannot be written; another of this name is then unchanged, unless only the answer was lost.
+    /// The object cannot be written; another of this name is then unchanged, unless only the answer was lost.
     pub fn put(&self, key: &str, bytes: &[u8]) -> Result<(), Error> {
         let place = self.location.join(key)?;
         match (self.bucket.clone(), place.as_remote().cloned()) {
@@ -177,7 +177,7 @@ impl Folder {
     /// If an answer was lost on the way and the object then found has these very bytes, it counts as written.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The object cannot be written.
     pub fn put_if_absent(&self, key: &str, bytes: &[u8]) -> Result<Put, Error> {
         let place = self.location.join(key)?;
         let (Some(bucket), Some(remote)) = (self.bucket.clone(), place.as_remote().cloned()) else {
@@ -198,7 +198,7 @@ impl Folder {
     /// Removes an object; it may be absent.
     ///
     /// # Errors
-    /// It cannot be removed.
+    /// The object cannot be removed.
     pub fn delete(&self, key: &str) -> Result<(), Error> {
         let place = self.location.join(key)?;
         match (self.bucket.clone(), place.as_remote().cloned()) {

@@ -1,4 +1,4 @@
-//! What a folder holds, and what became of what was to be written.
+//! Objects of a folder, and results of writing them.
 
 /// An object of a folder.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -11,10 +11,10 @@ pub struct Entry {
     pub e_tag: Option<String>,
 }
 
-/// What became of an object that was to be written unless it was there.
+/// Result of writing an object unless it exists.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Put {
-    /// It was written.
+    /// The object was written.
     Written,
     /// An object of this name was there; it is unchanged.
     AlreadyThere,

@@ -17,20 +17,20 @@ pub struct Found {
     pub e_tag: Option<String>,
 }
 
-/// What a URL with wildcards names.
+/// Objects that match a URL with wildcards.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Expanded {
     /// The objects, by name.
     pub found: Vec<Found>,
-    /// The names of those that no request can name, see [`Folder::list_all`].
+    /// Keys of the matching objects that no request can name, see [`Folder::list_all`].
     pub unnameable: Vec<String>,
 }
 
-/// The objects of a bucket or server that a URL with wildcards names ("s3://logs/2026-*/**/*.mcap"); `None` if the text has
+/// Lists the objects of a bucket or server that a URL with wildcards names ("s3://logs/2026-*/**/*.mcap"); `None` if the text has
 /// no wildcard or is local.
 ///
 /// # Errors
-/// It cannot be listed.
+/// The bucket or server cannot be listed.
 pub fn expand(text: &str) -> Result<Option<Expanded>, Error> {
     let Some((scheme, rest)) = text.split_once("://") else {
         return Ok(None);

@@ -13,7 +13,7 @@ use super::entry::{Entry, Put};
 /// Ending of the names of unfinished files; they are not listed.
 const UNFINISHED: &str = ".tipwatch-part";
 
-/// All files below a folder with keys relative to it; none if it is absent.
+/// Lists all files below a folder with keys relative to it; none if it is absent.
 pub(crate) fn list(folder: &Path) -> Result<Vec<Entry>, Error> {
     let mut found = Vec::new();
     let mut open = vec![(folder.to_path_buf(), String::new())];

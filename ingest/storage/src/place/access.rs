@@ -1,8 +1,8 @@
-//! How places are reached: credentials, time limits, attempts.
+//! Access to places: credentials, time limits, attempts.
 
 use std::time::Duration;
 
-/// How places of a bucket or host are reached.
+/// Settings for access to the places of a bucket or host.
 ///
 /// The usual variables of the environment are `AWS_…`, `GOOGLE_…`, `AZURE_…` as the crate `object_store` knows them.
 #[derive(Debug, Clone)]
@@ -50,7 +50,7 @@ fn number(name: &str, default: f64) -> f64 {
 }
 
 impl Access {
-    /// All variables whose names begin so, those given here last.
+    /// Returns all variables whose names begin with `prefix`, those of this object last.
     pub(crate) fn variables_of(&self, prefix: &str) -> Vec<(String, String)> {
         let environment = std::env::vars_os().filter_map(|(name, value)| {
             Some((name.into_string().ok()?, value.into_string().ok()?))

@@ -85,7 +85,7 @@ impl Address {
         format!("{scheme}://{user}{host}{path}{query}")
     }
 
-    /// The URL of a key with its secrets; `None` if it has none.
+    /// Returns the URL of a key with its secrets; `None` if the place has none.
     pub(crate) fn secret_url(&self, key: &Key) -> Option<String> {
         self.secrets.as_ref()?;
         let mut url = Url::parse(&self.shown).ok()?;

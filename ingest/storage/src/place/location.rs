@@ -31,7 +31,7 @@ pub(crate) struct Remote {
     pub(crate) address: Address,
     /// The key within the bucket or server, without a leading slash.
     pub(crate) key: Key,
-    /// What is shown.
+    /// Name that is shown, without secrets.
     name: PathBuf,
 }
 
@@ -127,7 +127,7 @@ impl Location {
         }
     }
 
-    /// Whether it is in a bucket or on a web server.
+    /// Whether the place is in a bucket or on a web server.
     pub fn is_remote(&self) -> bool {
         self.as_remote().is_some()
     }

@@ -1,4 +1,4 @@
-//! Where places are and how they are reached: their names, their stores, their credentials.
+//! Location of places and access to them: their names, their stores, their credentials.
 
 mod access;
 mod known;

@@ -92,7 +92,7 @@ impl Cloud {
         }
     }
 
-    /// What the bucket holds, not by way of a client.
+    /// Returns the objects in the bucket, read without a client.
     pub(crate) fn objects(&self) -> &Objects {
         match &self.service {
             Backend::Gcs(gcs) => &gcs.objects,

@@ -27,7 +27,7 @@ impl Stored {
         Timestamp::from_second(1_780_000_000 + self.generation).unwrap()
     }
 
-    /// The time as headers have it.
+    /// Returns the time in the form of HTTP headers.
     pub(crate) fn modified_text(&self) -> String {
         self.modified()
             .strftime("%a, %d %b %Y %H:%M:%S GMT")
@@ -35,7 +35,7 @@ impl Stored {
     }
 }
 
-/// What a server tells of a version.
+/// Statements of a server about a version of an object, and the kinds of ranges it serves.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Tells {
     pub(crate) e_tag: bool,
@@ -77,7 +77,7 @@ impl Objects {
         self.0.lock().unwrap().stored.get(key).cloned()
     }
 
-    /// Writes an object; `None` if it `must_be_new` and is not.
+    /// Writes an object; `None` if it `must_be_new` and exists already.
     pub(crate) fn put(&self, key: &str, bytes: &[u8], must_be_new: bool) -> Option<Stored> {
         let mut state = self.0.lock().unwrap();
         if must_be_new && state.stored.contains_key(key) {
@@ -118,7 +118,7 @@ impl Objects {
         self.put(key, &whole, false)
     }
 
-    /// A page of the objects whose keys begin so, after a key.
+    /// Returns a page of the objects whose keys begin with `prefix`, after a key.
     pub(crate) fn list(&self, prefix: &str, delimiter: Option<&str>, after: Option<&str>) -> Page {
         let state = self.0.lock().unwrap();
         let mut page = Page {
@@ -161,7 +161,7 @@ impl Objects {
     }
 }
 
-/// An object, or the part of it that is asked for.
+/// Returns an object, or the requested part of it.
 pub(crate) fn served(stored: &Stored, request: &Request, tells: Tells) -> Reply {
     if request
         .header("if-match")
@@ -209,7 +209,7 @@ pub(crate) fn escaped(text: &str) -> String {
         .replace('>', "&gt;")
 }
 
-/// What stands between each pair of marks.
+/// Returns the texts between each pair of marks.
 pub(crate) fn all_between<'t>(text: &'t str, start: &str, end: &str) -> Vec<&'t str> {
     let parts = text.split(start).skip(1);
     parts

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex};
 
 use url::Url;
 
-/// What a client must not show.
+/// Credentials that no output of a client may contain.
 pub(crate) const SECRET: &str = "do-not-show-this-either";
 
 /// A request that came.
@@ -67,19 +67,19 @@ impl Reply {
     }
 }
 
-/// What answers requests as it should.
+/// A server that answers requests correctly.
 pub(crate) trait Service: Send + Sync + 'static {
     fn answer(&self, request: &Request) -> Reply;
 }
 
-/// What the server does instead.
+/// Fault that the server shows instead of an answer.
 #[derive(Debug, Clone)]
 pub(crate) enum Fault {
     /// Answers with this status.
     Status(u16),
     /// Never answers.
     Hang,
-    /// Does what it should and closes the connection without an answer.
+    /// Does the request and closes the connection without an answer.
     LoseAnswer,
     /// Sends so many bytes of the content and closes the connection.
     Cut(usize),
@@ -87,7 +87,7 @@ pub(crate) enum Fault {
     StateLess(usize),
     /// States a length that is so many bytes too large, sends what there is and closes the connection.
     StateMore(usize),
-    /// States another range than was asked for.
+    /// States another range than the requested one.
     OtherRange,
     /// Sends the content in chunks, without its length.
     Chunked,

@@ -38,7 +38,7 @@ pub(crate) struct Seen {
     pub(crate) range: Option<String>,
 }
 
-/// What the server does instead of what it should.
+/// Fault that the server shows instead of its normal behaviour.
 #[derive(Debug, Clone)]
 pub(crate) enum Fault {
     /// Answers with this status.
@@ -129,7 +129,7 @@ impl Server {
         }
     }
 
-    /// The variables by which clients reach it.
+    /// Returns the variables by which clients reach the server.
     pub(crate) fn variables(&self) -> Vec<(String, String)> {
         let pairs = [
             ("AWS_ENDPOINT_URL", format!("http://{}", self.address)),

@@ -4,7 +4,10 @@ use std::io::{self, Read, Seek, SeekFrom};
 
 use tipwatch_language::say;
 
-use crate::bits::{array_at, u64_at};
+use crate::{
+    bits::{array_at, u64_at},
+    container::{lost::LostRanges, written::Written},
+};
 
 pub(super) const HEADER_BYTES: u64 = 24;
 /// Blocks of descriptions; those of measured data are not read as a whole.
@@ -41,8 +44,12 @@ pub(super) struct BlockFile<R> {
 }
 
 impl<R: Read + Seek> BlockFile<R> {
-    pub(super) fn new(mut source: R) -> io::Result<Self> {
-        let len = source.seek(SeekFrom::End(0))?;
+    pub(super) fn new(mut source: R, lost: &mut LostRanges) -> io::Result<Self> {
+        let written = Written::of(&mut source)?;
+        if let Some(note) = written.note() {
+            lost.note(note);
+        }
+        let len = written.bytes;
         Ok(Self { source, len })
     }
 
@@ -50,6 +57,7 @@ impl<R: Read + Seek> BlockFile<R> {
     pub(super) fn bytes(&mut self, at: u64, count: u64) -> io::Result<Vec<u8>> {
         self.source.seek(SeekFrom::Start(at))?;
         let mut bytes = Vec::new();
+        let count = count.min(self.len.saturating_sub(at));
         (&mut self.source).take(count).read_to_end(&mut bytes)?;
         Ok(bytes)
     }

@@ -50,7 +50,7 @@ pub(super) struct Stream {
 /// Bytes of a stream.
 pub(super) enum Bytes<'s> {
     Found(&'s [u8]),
-    /// They are lost, up to this position.
+    /// Bytes that are lost, up to this position.
     LostUntil(u64),
     End,
 }
@@ -271,7 +271,7 @@ impl Stream {
     }
 }
 
-/// Reads a piece; what is wrong with it, if something is.
+/// Reads a piece; returns the error in it, if there is one.
 fn load<R: Read + Seek>(
     file: &mut BlockFile<R>,
     piece: &Piece,

@@ -30,7 +30,7 @@ pub(super) struct Channel {
     block: Block,
 }
 
-/// Where the bytes of a channel are.
+/// Position of the bytes of a channel.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Place {
     Nowhere,
@@ -38,7 +38,7 @@ pub(super) enum Place {
         at: usize,
         len: usize,
     },
-    /// In the record, of which another channel states how many there are.
+    /// Bytes in the record, whose number another channel states.
     UpTo {
         at: usize,
         len: usize,
@@ -109,7 +109,7 @@ impl Channel {
         matches!(self.kind(), kind::MASTER | kind::VIRTUAL_MASTER) && self.entry(1) == 1
     }
 
-    /// Whether its values are in no record, but follow from the index of the record.
+    /// Whether the channel's values are in no record, but follow from the index of the record.
     pub(super) fn is_virtual(&self) -> bool {
         matches!(self.kind(), kind::VIRTUAL_MASTER | kind::VIRTUAL)
     }
@@ -127,7 +127,7 @@ impl Channel {
         u32_at(&self.block.data, 8)
     }
 
-    /// The number that it has in each record; what is wrong if it has none that can be read.
+    /// Returns the number that the channel has in each record, or the error if it cannot be read.
     pub(super) fn field<R: Read + Seek>(
         &self,
         file: &mut BlockFile<R>,

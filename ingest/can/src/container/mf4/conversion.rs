@@ -7,7 +7,7 @@ use tipwatch_language::say;
 use super::block::BlockFile;
 use crate::bits::{array_at, u16_at};
 
-/// How the number of a record becomes that of the channel.
+/// Conversion from the number in a record to the value of the channel.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Conversion {
     None,
@@ -46,11 +46,11 @@ mod kind {
     pub(super) const RANGES_OF_TEXTS: u8 = 8;
 }
 
-/// Links before those to texts.
+/// Links of a conversion before those to texts.
 const FIRST_TEXT: usize = 4;
 
 impl Conversion {
-    /// The conversion at a link; what is wrong if it is not known.
+    /// Reads the conversion at a link; an error if it is not known.
     pub(super) fn read<R: Read + Seek>(
         file: &mut BlockFile<R>,
         at: u64,
@@ -101,7 +101,7 @@ impl Conversion {
         }))
     }
 
-    /// Whether it leaves numbers as they are.
+    /// Whether the conversion leaves numbers unchanged.
     pub(super) fn is_none(&self) -> bool {
         match self {
             Self::None => true,
@@ -140,7 +140,7 @@ impl Conversion {
     }
 }
 
-/// The value of a key; of one between two, the nearer or what lies on the line between them.
+/// Returns the value of a key; between two keys, that of the nearer one, or the value on the line between both.
 fn tabulated(pairs: &[[f64; 2]], x: f64, is_interpolated: bool) -> Option<f64> {
     let next = pairs.partition_point(|[key, _]| *key < x);
     let (Some([before, low]), Some([after, high])) = (

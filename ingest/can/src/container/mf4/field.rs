@@ -6,7 +6,7 @@ use crate::bits::BitRange;
 /// Numbers above it have no fraction in `f64`, and are no bus, identifier or length.
 const MOST_WHOLE: f64 = 9_007_199_254_740_992.0;
 
-/// Where a number comes from.
+/// Source of a number.
 #[derive(Debug, Clone)]
 pub(super) struct Field {
     source: Source,
@@ -55,7 +55,7 @@ impl Field {
         Some(Self { source, conversion })
     }
 
-    /// Whether it is the index of the record as it is.
+    /// Whether the field is the unconverted index of the record.
     pub(super) fn is_bare_index(&self) -> bool {
         matches!(self.source, Source::Index) && self.conversion.is_none()
     }
@@ -74,7 +74,7 @@ impl Field {
         self.conversion.apply(number, is_virtual)
     }
 
-    /// The number if it is whole and not negative.
+    /// Returns the number if it is whole and not negative.
     pub(super) fn whole(&self, record: &[u8], index: u64) -> Option<u64> {
         let number = self.number(record, index)?;
         let is_whole = (0.0..MOST_WHOLE).contains(&number) && number.fract() == 0.0;

@@ -22,7 +22,7 @@ const MOST_WAITING: usize = 4096;
 pub(super) struct DataGroup {
     pub(super) stream: Stream,
     pub(super) id_bytes: usize,
-    /// By the identifier of their records.
+    /// Records of the group, by identifier.
     pub(super) records: HashMap<u64, Records>,
     pub(super) at: u64,
     waiting: VecDeque<(u64, u64, Frame)>,
@@ -189,7 +189,7 @@ impl DataGroup {
         }
     }
 
-    /// Takes a value that came before its frame; else the frame waits for it.
+    /// Takes a value that came before its frame; if there is none, the frame waits for its value.
     fn take_value(
         &mut self,
         id: u64,

@@ -1,4 +1,4 @@
-//! Where the parts of a frame are in the records of a group.
+//! Positions of the parts of a frame in the records of a group.
 
 use std::io::{self, Read, Seek};
 
@@ -44,7 +44,7 @@ enum Bus {
     OfGroup(u64),
 }
 
-/// Where the data are.
+/// Position of the data.
 #[derive(Debug)]
 enum Data {
     Absent,
@@ -59,7 +59,7 @@ enum Data {
     },
 }
 
-/// What a record says, and where its data are.
+/// Result of parsing a record: whether its data are within it, elsewhere, or invalid.
 pub(super) enum Parsed {
     Whole,
     /// The data are at this position of the other stream.
@@ -68,8 +68,8 @@ pub(super) enum Parsed {
 }
 
 impl FrameLayout {
-    /// The layout of a group, whose channels and source the links lead to: `None` if it holds no frames, and what is
-    /// wrong if they cannot be read.
+    /// Finds the layout of a group, whose channels and source the links lead to: `None` if it holds no frames, and an error if
+    /// they cannot be read.
     pub(super) fn find<R: Read + Seek>(
         file: &mut BlockFile<R>,
         first_channel: u64,
@@ -245,7 +245,7 @@ impl FrameLayout {
     }
 }
 
-/// A part of a frame; the index of the record says nothing about it.
+/// Returns the field of a part of a frame if it is stated; the index of the record says nothing about it.
 fn stated(field: Option<Field>) -> Option<Field> {
     field.filter(|field| !field.is_bare_index())
 }

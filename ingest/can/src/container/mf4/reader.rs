@@ -20,7 +20,7 @@ use crate::{
 };
 
 const MOST_GROUPS: usize = 4096;
-/// Why the rest of a list of groups is lost.
+/// Reason for losing the rest of a list of groups.
 const LEADS_BACK: &str = message!("a list of groups that leads back into itself");
 
 #[derive(Debug)]
@@ -33,7 +33,7 @@ pub(in super::super) struct Mf4<R> {
 
 impl<R: Read + Seek> Mf4<R> {
     pub(in super::super) fn open(source: R, lost: &mut LostRanges) -> Result<Self, OpenError> {
-        let mut file = BlockFile::new(source)?;
+        let mut file = BlockFile::new(source, lost)?;
         let identification = file.bytes(0, 64)?;
         let is_finalised = !identification.starts_with(b"UnFinMF ");
         if !is_finalised {
