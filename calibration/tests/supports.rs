@@ -81,7 +81,7 @@ fn instant(on: &Machine, positions: &[f64], sensors: &[Vec<SupportId>], time_s: 
     }
 }
 
-/// What a sensor shows, by the names of its supports.
+/// Computes the reading of a sensor (N): the sum of the loads of its supports, found by their names.
 fn by_name(on: &Machine, instant: &Instant, supports: &[SupportId]) -> f64 {
     let Situation::Logged(state) = &instant.situation else {
         panic!("a row");

@@ -1,4 +1,4 @@
-//! What the identification must hold: one binary, a theme a module.
+//! Tests of the identification: one binary, a theme a module.
 
 #![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
 

@@ -1,4 +1,4 @@
-//! What the bridge adds to the delay of a message: `cargo bench -p tipwatch-live --bench bridge -- [seconds] [speed]`.
+//! Delay that the bridge adds to a message: `cargo bench -p tipwatch-live --bench bridge -- [seconds] [speed]`.
 //!
 //! This program publishes the topics of a simulated machine on DDS, with stamps of now. A bare subscriber beside it and
 //! `tipwatch-live bridge` receive the same messages in the same run; of each message are compared
@@ -29,7 +29,7 @@ use tipwatch_live::bridge::input::{HostClock, Intake, Teller, Wanted};
 use tipwatch_live::system::clock::{monotonic_ns, unix_ns};
 use tipwatch_live::wire::topics::{WireSample, WireSession};
 
-/// Where the stamp is in a message with a header: seconds and nanoseconds behind the encapsulation.
+/// Bytes of the stamp in a message with a header: seconds and nanoseconds behind the encapsulation.
 const STAMP: std::ops::Range<usize> = 4..12;
 
 fn main() {

@@ -1,4 +1,4 @@
-//! How long it takes: `cargo bench -p tipwatch-live --bench latency -- [ticks] [seconds]`.
+//! Latency of the monitor: `cargo bench -p tipwatch-live --bench latency -- [ticks] [seconds]`.
 //!
 //! 1. A tick of the monitor by itself: back to back, and a thousand a second with cold caches.
 //! 2. From publishing a sample to receiving its verdict, by a monitor in another process, beside a bare

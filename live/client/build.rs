@@ -1,5 +1,5 @@
-//! How the library is linked: the name by which programs ask for it, which changes when a function does; and no symbols of
-//! the crates in it, which could meet those of another library in the program.
+//! Linking of the library: the name by which programs ask for it, which changes when a function does; and no symbols of the
+//! crates in it, which could meet those of another library in the program.
 #![allow(clippy::print_stdout, reason = "cargo reads the standard output")]
 
 fn main() {

@@ -52,7 +52,7 @@
 #endif
 
 #define TIPWATCH_MAGIC UINT64_C(216265421728270676)
-#define TIPWATCH_CONTRACT UINT64_C(17577852170148755611)
+#define TIPWATCH_CONTRACT UINT64_C(8592411648036613515)
 #define TIPWATCH_SAMPLE_QUEUE UINT64_C(2048)
 #define TIPWATCH_VERDICT_QUEUE UINT64_C(2048)
 #define TIPWATCH_COMMAND_QUEUE UINT64_C(2048)
@@ -511,8 +511,8 @@ struct tipwatch_sample {
 TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_sample) == 1104, "tipwatch_sample");
 
 /* What a reader of verdicts must know about the machine, and about the monitor that computes them. */
-#define TIPWATCH_MACHINE_TYPE "tipwatch.Machine.v5"
-#define TIPWATCH_MACHINE_LAYOUT "5720467895eb262b"
+#define TIPWATCH_MACHINE_TYPE "tipwatch.Machine.v6"
+#define TIPWATCH_MACHINE_LAYOUT "3cd8031a739d54e8"
 struct tipwatch_machine {
     /* MAGIC */
     uint64_t magic;
@@ -528,6 +528,8 @@ struct tipwatch_machine {
     int64_t published_ns;
     /* The session that the monitor follows. */
     uint64_t session;
+    /* Bits: the joints that slide, with positions in m; those of others are in rad. */
+    uint64_t sliding_joints;
     /* Utilisation at which the levels notice, warning and danger begin. */
     double limits[3];
     /* Number of wheels. */
@@ -556,7 +558,8 @@ struct tipwatch_machine {
     uint32_t doubted_signals[64];
     /* By how much each is off (rad, m, m/s2), as far as was seen; 0 of a joint that stopped to be measured. */
     double doubted_by[64];
-    /* What of that may be motion (same unit). */
+    /* What of that may be motion (same unit). Of a joint that stopped to be measured: how fast it moved then (rad/s, m/s); less
+     * than 0 if it was contradicted as stopped, and is measured again. */
     double doubted_moved[64];
     /* Which joints of the machine these are. */
     uint32_t known_joints[64];
@@ -564,6 +567,10 @@ struct tipwatch_machine {
     double known_stamps_us[64];
     /* Where it was (rad, m). */
     double known_positions[64];
+    /* Least position at which the bound commissioning has proven each joint (rad, m); NaN where it has not. */
+    double commissioned_from[64];
+    /* Greatest position at which it has. */
+    double commissioned_to[64];
     /* Version of the monitor; empty, and all hashes zero, if it did not state what it is. */
     uint8_t version[64];
     /* SHA-256 of the monitor's executable. */
@@ -581,7 +588,7 @@ struct tipwatch_machine {
     /* CRC-32 (as in zlib) of all bytes before this field. */
     uint64_t checksum;
 };
-TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_machine) == 11152, "tipwatch_machine");
+TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_machine) == 12184, "tipwatch_machine");
 
 /* The verdict: how close the machine is to tipping. A number that cannot be computed is NaN.
  * Consumers must treat a verdict past valid_until_ns as a fault. */

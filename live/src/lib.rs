@@ -22,7 +22,7 @@
 //! | [`bridge`] | ROS 2 and CAN to samples, verdicts to both |
 //! | [`cli`] | the command line |
 
-/// In place of the standard one, which panics if standard error is closed: a monitor must outlive who reads its messages.
+/// Replaces the standard macro, which panics if standard error is closed: a monitor must outlive the reader of its messages.
 macro_rules! eprintln {
     ($($text:tt)*) => {{
         use std::io::Write as _;
@@ -30,7 +30,7 @@ macro_rules! eprintln {
     }};
 }
 
-/// The same without the end of the line.
+/// Prints as `eprintln`, without the end of the line.
 macro_rules! eprint {
     ($($text:tt)*) => {{
         use std::io::Write as _;

@@ -16,23 +16,24 @@ const SECOND: i64 = 1_000_000_000;
 pub const MAX_LOST_SAMPLES: u64 = 10;
 /// The time over which lost samples are counted.
 pub const LOSS_WINDOW_NS: i64 = SECOND;
-/// How far ahead of this computer's clock a publication time may be. All processes share the clock, so
-/// more than a scheduling delay is wrong.
+/// Largest lead of a publication time over this computer's clock. All processes share the clock, so more than a scheduling delay
+/// is wrong.
 pub const MAX_CLOCK_LEAD_NS: i64 = 5 * MS;
-/// How far ahead of its publication a stamp may be, by the clock that the session declares: the producer reads two
-/// clocks one after the other. More would hide as much of a delay.
+/// Largest lead of a stamp over its publication time, by the clock that the session declares: the producer reads two clocks one
+/// after the other. More would hide as much of a delay.
 pub const MAX_STAMP_LEAD_NS: i64 = 50 * MS;
 /// Data that were measured longer than this before their publication are late (a caution): several periods of the
 /// sensors' own buses. Beyond the estimator's longest gap they are stale (a fault).
 pub const MAX_DELAY_NS: i64 = 100 * MS;
-/// How far a sensor's smallest delay may drift from that of its first second (a caution): stamps that run at another
-/// speed. One per cent is found after 6 s, a factor of two after 2 s (as late data after 0.2 s).
+/// Largest drift of a sensor's smallest delay from that of its first second (beyond it: a caution), due to stamps that run at
+/// another speed. One per cent is found after 6 s, a factor of two after 2 s (as late data after 0.2 s).
 pub const MAX_DRIFT_NS: i64 = 50 * MS;
-/// How fast the clock of the stamps may run away from this computer's (s/s) and is followed: crystals are wrong by up to 50 ppm
+/// Largest drift of the clock of the stamps against this computer's that is followed (s/s): crystals are wrong by up to 50 ppm
 /// each over temperature and age.
 pub const MAX_CLOCK_DRIFT: f64 = 100e-6;
-/// How far a clock of the stamps that runs slow is followed in a session. It cannot be told from a delay that grows as slowly for
-/// all sensors alike, so this is how much of such a delay may stay unseen: eight hours at half of [`MAX_CLOCK_DRIFT`].
+/// Largest drift that is followed in a session of a clock of the stamps that runs slow. Such a drift cannot be told from a delay
+/// that grows as slowly for all sensors alike, so a delay of this size may stay unseen: eight hours at half of
+/// [`MAX_CLOCK_DRIFT`].
 pub const MAX_HIDDEN_DELAY_NS: i64 = 1_500 * MS;
 /// The time over which the smallest delay is taken: delays of single samples vary, their minimum does not.
 pub const DRIFT_WINDOW_NS: i64 = SECOND;
@@ -54,7 +55,7 @@ pub const UNTIMED_SILENCE_NS: i64 = SECOND;
 
 /// A verdict or command is published at least this often: five times within its validity.
 pub const HEARTBEAT_NS: i64 = 20 * MS;
-/// How long a verdict or command may be acted on. A monitor that hangs or dies is noticed after this time.
+/// Time for which a verdict or command may be acted on. A monitor that hangs or dies is noticed after this time.
 pub const VALIDITY_NS: i64 = 100 * MS;
 /// A verdict or command published later than this after its sample is late: two rows at 100 Hz.
 pub const DEADLINE_NS: i64 = 20 * MS;
@@ -62,9 +63,9 @@ pub const DEADLINE_NS: i64 = 20 * MS;
 pub const PERSISTENT_LATE: u32 = 3;
 /// An alarm that has not been on the disk for this long is told (a caution): a sync of a busy disk takes less.
 pub const ALARM_SAVE_NS: i64 = SECOND;
-/// How long a monitor that does not stay tells of a session that it refuses before it ends.
+/// Time for which a monitor that does not stay tells of a session that it refuses, before the monitor ends.
 pub const REFUSAL_NOTICE_NS: i64 = SECOND / 2;
-/// How often the nodes of dead processes are removed, which is what reveals a dead producer.
+/// Period at which the nodes of dead processes are removed, which reveals a dead producer.
 pub const DEAD_NODE_CHECK: Duration = Duration::from_millis(100);
 /// The longest wait for a notification. A lost one delays a cycle by no more.
 pub const MAX_WAIT: Duration = Duration::from_millis(1);
@@ -74,8 +75,8 @@ pub const MAX_WAIT: Duration = Duration::from_millis(1);
 
 /// The oldest row that the valves may follow: five rows at 100 Hz.
 pub const MAX_ROW_AGE_NS: i64 = 50 * MS;
-/// How fast valves close on a fault (full openings per second): a fully open valve takes a quarter of a
-/// second, which closes it without a pressure surge.
+/// Rate at which valves close on a fault (full openings per second): a fully open valve takes a quarter of a second, which closes
+/// it without a pressure surge.
 pub const CLOSING_RATE: f64 = 4.0;
 /// A command is sent at least this often while valves close, so that they close smoothly.
 pub const CLOSING_PERIOD_NS: i64 = 2 * MS;

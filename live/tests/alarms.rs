@@ -418,6 +418,11 @@ fn contradiction_stays_until_another_commissioning() {
             false,
         ),
         ("a drive of tomorrow", from(tomorrow(), &[]), false),
+        (
+            "a file of version 2, which does not say where its joints were",
+            without_positions(from(after, &[])),
+            false,
+        ),
         ("a drive afterwards", from(after, &[]), true),
         (
             "a drive without the gyro",
@@ -455,6 +460,14 @@ fn commissioned() -> Commissioning {
     let file = MachineFile::read(&data("toml")).unwrap();
     let made = from_log(&data("mcap"), &file).unwrap().file;
     assert!(made.recorded_from_ns.is_some());
+    made
+}
+
+fn without_positions(mut made: Commissioning) -> Commissioning {
+    made.schema = 2;
+    for item in &mut made.items {
+        item.range = None;
+    }
     made
 }
 

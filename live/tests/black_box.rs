@@ -28,9 +28,9 @@ fn clips(root: &Path) -> Vec<PathBuf> {
     files(root).into_iter().filter(is_clip).collect()
 }
 
-/// How long the estimator of an analysis needs until its loads are close to those of the monitor that had run before.
+/// Time that the estimator of an analysis needs until its loads are close to those of a monitor that had run before (s).
 const SETTLED_S: f64 = 1.0;
-/// How close they are then, as a share of the machine's weight.
+/// Largest difference of the loads from then on, as a share of the machine's weight.
 const SETTLED_SHARE: f64 = 0.005;
 
 /// A clip that begins in the middle of a session gives the monitor's verdicts, once the estimator has settled.

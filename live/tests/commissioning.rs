@@ -6,9 +6,12 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use tempfile::TempDir;
-use tipwatch_binding::{Commissioning, MachineFile};
+use tipwatch_analyze::setup::commissioning::from_log;
+use tipwatch_binding::{Commissioning, MachineFile, sha256};
 use tipwatch_calibration::commissioning::Status;
+use tipwatch_mechanics::machine::Proof;
 
+use crate::support::offline::causal;
 use crate::support::{World, data};
 
 /// A copy of the fixture with its machine file changed.
@@ -25,7 +28,7 @@ fn machine(edit: impl Fn(String) -> String) -> (TempDir, PathBuf) {
     (folder, path)
 }
 
-/// What a guided commissioning says and writes.
+/// Exit code, output and result of a guided commissioning.
 struct Guided {
     code: i32,
     out: String,
@@ -159,6 +162,59 @@ fn the_guide_contradicts_a_wrong_machine_file_and_the_monitor_refuses_its_result
         "{}",
         refused.err
     );
+}
+
+/// A commissioning whose drive has shown a joint in a part of its range proves it there, and not beyond, live as offline.
+// requirement: TW-VERDICT-24, TW-VERDICT-28
+#[test]
+fn joint_is_proven_where_it_was_commissioned_live_as_offline() {
+    let (folder, path) = machine(|text| format!("commissioning = \"result.json\"\n{text}"));
+    let log = data("commissioning.mcap");
+    let mut made = from_log(&log, &MachineFile::read(&path).unwrap())
+        .unwrap()
+        .file;
+    let of_slew = (made.items.iter_mut()).filter(|item| item.key.starts_with("joint.slew."));
+    let ranges: Vec<&mut [f64; 2]> = of_slew.filter_map(|item| item.range.as_mut()).collect();
+    assert_eq!(ranges.len(), 2, "of sign and scale");
+    for range in ranges {
+        let [least, greatest] = *range;
+        assert!(greatest - least > 0.2, "{least} {greatest}");
+        *range = [least, 0.5 * (least + greatest)];
+    }
+    made.seal.clear();
+    made.seal = sha256(made.to_json().as_bytes());
+    fs::write(folder.path().join("result.json"), made.to_json()).unwrap();
+
+    let offline = causal(&log, &path);
+    let slew = offline.machine.joints().iter();
+    let slew = slew.enumerate().find(|(_, it)| it.name == "slew");
+    let slew = Proof::Joint(slew.unwrap().0);
+    let world = World::new("part");
+    let monitor = world.monitor(&path, &["--json", "--allow-untimed"]);
+    let options = ["--speed", "max", "--lossless", "--wait", "60"];
+    let replay = world.replay_log(&log, &path, &options).end();
+    assert!(replay.status.success(), "{}", replay.err);
+    let lines = monitor.end().out;
+    let rows = lines.lines().map(serde_json::from_str::<serde_json::Value>);
+    let rows: Vec<_> = (rows.map(Result::unwrap))
+        .filter(|row| row["event"] == "row")
+        .collect();
+    let verdicts = &offline.rows.whole().verdicts.as_ref().unwrap().verdicts;
+    assert_eq!(rows.len(), verdicts.len());
+    let (mut open, mut proven) = (0, 0);
+    for (row, verdict) in rows.iter().zip(verdicts) {
+        let names = verdict.unproven.names(&offline.machine);
+        assert_eq!(row["unproven"], serde_json::json!(names));
+        assert_eq!(row["verdict"], verdict.level.name());
+        let ways = row["proven_by"].as_array().unwrap().iter();
+        let says_where =
+            |way: &&serde_json::Value| way.as_str().unwrap().contains("it is commissioned at");
+        let is_open = verdict.unproven.has(slew);
+        assert!(!is_open || ways.clone().any(|way| says_where(&way)));
+        open += usize::from(is_open);
+        proven += usize::from(!is_open);
+    }
+    assert!(open > 10 && proven > 100, "{open} {proven}");
 }
 
 #[test]

@@ -33,7 +33,7 @@ struct Bench {
     rods: [f64; 2],
     /// Velocity of the rods over what their valves ask for.
     obedience: f64,
-    /// How long after the look at the clock a command is published (ns).
+    /// Time from the look at the clock to the publication of a command (ns).
     publishing_ns: i64,
     imu: usize,
     commands: Vec<WireCommand>,
@@ -120,7 +120,7 @@ impl Bench {
         command
     }
 
-    /// The same without the end of a cycle.
+    /// Gives the samples of the next row without the end of a cycle, and returns the row's command.
     fn row_only(&mut self, change: impl Fn(&mut WireSample)) -> WireCommand {
         self.row_after(ROW_NS, change)
     }

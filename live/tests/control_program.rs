@@ -1,5 +1,5 @@
-//! How the control begins, waits, changes sessions and ends: its own loop over shared memory, in the process and the time of
-//! the test.
+//! Tests of how the control begins, waits, changes sessions and ends: its own loop over shared memory, in the process and the
+//! time of the test.
 
 use tipwatch_live::control::ControlProgram;
 use tipwatch_live::node::{Housekeeping, LiveNode, LoopOptions, Receiver, Sender, Wake};

@@ -43,7 +43,7 @@ fn shift(sample: &mut WireSample, by_ns: i64) {
     sample.seal(sample.head());
 }
 
-/// When a level that is not safe was first given, and whether it stayed (s after `from_ns`).
+/// Returns the time of the first level that is not safe (s after `from_ns`), and asserts that no later level is safe.
 fn left_safe_after_s(verdicts: &[WireVerdict], from_ns: i64) -> f64 {
     let is_bad = |verdict: &&WireVerdict| verdict.verdict().level >= Level::Warning;
     let first = verdicts.iter().find(is_bad).expect("not safe");

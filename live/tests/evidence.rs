@@ -1,4 +1,4 @@
-//! What identifies a result, and what a supervisor is told: hashes of programs, options and files in every session,
+//! Tests of what identifies a result, and of what a supervisor is told: hashes of programs, options and files in every session,
 //! readiness and the watchdog of systemd.
 
 use std::os::unix::net::UnixDatagram;

@@ -258,7 +258,7 @@ fn implausible(kind: Kind, fault: InputFault, limit: Duration, change: Change) -
     panic!("{} was not reported", fault.name());
 }
 
-/// Whether a verdict reports this as a fault or as a caution.
+/// Returns a predicate: whether a verdict reports this problem as a fault or as a caution.
 fn reports_or_cautions(fault: InputFault) -> impl Fn(&WireVerdict) -> bool {
     move |verdict| {
         let conditions = verdict.conditions();

@@ -36,7 +36,7 @@ const LOGS: [&str; 16] = [
 ];
 /// Sessions of the short run.
 const STARTS: usize = 71;
-/// When a session begins, by the clock of the monitor (ns).
+/// Beginning of a session by the clock of the monitor (ns).
 const START_NS: i64 = 1_000_000_000_000;
 const SESSION: u64 = 77;
 
@@ -96,7 +96,7 @@ impl Good {
     }
 }
 
-/// What the verdicts of a session say.
+/// Tally of the verdicts of a session: rows, faults and doubts.
 #[derive(Debug, Clone, Default)]
 struct Tally {
     hours: f64,

@@ -20,7 +20,7 @@ use crate::support::feed::{machine, samples};
 use crate::support::seal;
 
 const MS: i64 = 1_000_000;
-/// When the session began (ns).
+/// Beginning of the session (ns).
 const START: i64 = 1_000_000 * MS;
 
 struct World {
@@ -91,7 +91,7 @@ impl Bench {
         wire
     }
 
-    /// Whether the guard takes it, received then.
+    /// Whether the guard takes a sample that is received at `now_ns`.
     fn takes(&mut self, wire: &WireSample, now_ns: i64) -> bool {
         self.judged(wire, now_ns, Ok(()))
     }
@@ -498,6 +498,7 @@ fn finding(policy: Policy, component: Component) -> Finding {
         component,
         policy,
         since_ns: 0,
+        possible_since_ns: 0,
         stamp_ns: 0,
         measure: 100.0,
         limit: 39.2,

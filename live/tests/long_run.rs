@@ -22,7 +22,7 @@ const MAX_GROWTH_KB: i64 = 4096;
 /// Most memory of a process at any time (kB): what may wait for the disk is bounded by 64 MiB.
 const MAX_KB: i64 = 160 << 10;
 
-/// What a process and its world occupy.
+/// Memory (kB), files and handles that monitor and recorder occupy.
 #[derive(Debug, Clone, Copy)]
 struct Occupied {
     monitor_kb: i64,

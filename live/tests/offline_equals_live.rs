@@ -15,7 +15,7 @@ use crate::payloads::{FORCE, PRESSURES, SCALE, with_payload};
 use crate::support::offline::causal;
 use crate::support::{Ended, World, data};
 
-/// What follows `"key":` in a line of JSON, up to the end of the value.
+/// Returns the text of the value of a key in a line of JSON.
 fn after<'a>(text: &'a str, key: &str) -> &'a str {
     let mark = format!("\"{key}\":");
     let start = text
@@ -104,7 +104,7 @@ fn assert_same_row(line: &str, analysis: &Analysis, row: usize) {
     }
 }
 
-/// What is ahead by every assumed motion has the same bits.
+/// Asserts that the predictions by every assumed motion have the same bits.
 fn assert_same_prediction(value: &serde_json::Value, analysis: &Analysis, row: usize) {
     let verdicts = analysis.rows.whole().verdicts.as_ref().unwrap();
     let predictions = verdicts.predictions.as_ref().unwrap();
@@ -176,7 +176,7 @@ fn assert_rows_of(monitor: &Ended, analysis: &Analysis) {
     assert_eq!(told_untested(&monitor.err), untested.as_deref());
 }
 
-/// What the monitor says that the motion of its session has not tested.
+/// Returns the monitor's statement on what the motion of its session has not tested.
 fn told_untested(err: &str) -> Option<&str> {
     let mut told = (err.lines()).filter_map(|line| line.strip_prefix("monitor: "));
     told.find(|line| line.starts_with("Not tested by"))

@@ -9,7 +9,7 @@ use tipwatch_live::wire::opening::{Untimed, open_session};
 use tipwatch_live::wire::refusal::{Refusal, SessionRefused};
 use tipwatch_live::wire::session::{Session, StampClock};
 use tipwatch_live::wire::topics::{EVENT_ROW, Kind, WireSample, WireSession, WireVerdict};
-use tipwatch_mechanics::machine::{Proof, Proofs};
+use tipwatch_mechanics::machine::{Commissioned, Proof, Proofs};
 use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::verdict::{InputFault, Level, Verdict};
 
@@ -81,7 +81,7 @@ fn rows(
     rows_with(machine, Proofs::NONE, change)
 }
 
-/// The same of a machine whose commissioning has proven this.
+/// Returns the verdicts as [`rows`] does, of a machine whose commissioning has proven `commissioned`.
 fn rows_with(
     machine: &Path,
     commissioned: Proofs,
@@ -94,7 +94,7 @@ fn rows_with(
     rows_of("lift_payload.mcap", machine, commissioned, change)
 }
 
-/// The same of any log, of which `change` changes every sample.
+/// Returns the verdicts as [`rows`] does, of any log; `change` changes every sample.
 pub(crate) fn rows_of(
     log: &str,
     machine: &Path,
@@ -104,7 +104,7 @@ pub(crate) fn rows_of(
     steered(log, machine, commissioned, change, |_, _| {})
 }
 
-/// The same of a monitor that `steer` steers after each sample.
+/// Returns the verdicts as [`rows_of`] does, of a monitor that `steer` steers after each sample.
 fn steered(
     log: &str,
     machine: &Path,
@@ -119,6 +119,8 @@ fn steered(
     } = opened_of(log, machine);
     let urdf = file.urdf(None, None).unwrap();
     let (machine, sensors) = session.machine(&file, &urdf).unwrap();
+    let anywhere = vec![Some([f64::NEG_INFINITY, f64::INFINITY]); machine.joints().len()];
+    let commissioned = Commissioned::new(&machine, commissioned, anywhere);
     let monitor = Monitor::new(machine, &sensors, &session, START_NS);
     let mut monitor = monitor.commissioned(commissioned);
     let (mut found, mut sequence) = (Vec::new(), 0);

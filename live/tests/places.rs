@@ -16,7 +16,7 @@ use crate::support::{World, data};
 const MACHINE: &str = "tiny_lift";
 const FREE: usize = MAX_READERS - RESERVED_READERS;
 
-/// As many readers of a service as are free; one more is refused.
+/// Takes all free places of readers of a service; asserts that one more reader is refused.
 fn fill<T: Topic>(node: &LiveNode) -> Vec<Receiver<T>> {
     let taken: Vec<_> = (0..FREE).map(|_| node.receiver().unwrap()).collect();
     for _ in 0..RESERVED_READERS {

@@ -1,4 +1,4 @@
-//! What the recorder leaves: offline makes the same loads and verdicts of it, faults included.
+//! Tests of recordings: offline analysis makes the same loads and verdicts of them, faults included.
 
 use std::path::Path;
 use std::process::Command;
@@ -117,7 +117,7 @@ fn recorded_session(
     (rows, recorder.end())
 }
 
-/// The same with every kind of fault.
+/// Records a session with every kind of fault, and returns its verdicts.
 fn faulty_session(world: &World, folder: &Path) -> Vec<WireVerdict> {
     let (rows, recorder) = recorded_session(world, folder, |feed, _| {
         match feed.next {
@@ -373,7 +373,7 @@ fn recording_keeps_what_tells_of_payloads() {
     }
 }
 
-/// How many samples the recorder refused: a busy computer may hold up the producer until its clock and the
+/// Returns the number of samples that the recorder refused: a busy computer may hold up the producer until its clock and the
 /// samples' disagree.
 fn refused(recorder: &Ended) -> u64 {
     let (_, count) = recorder.err.rsplit_once("refused: ").unwrap();

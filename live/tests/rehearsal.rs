@@ -146,7 +146,7 @@ fn a_rehearsal_whose_program_fails_ends() {
     wait_until_gone(&world);
 }
 
-/// With a display.
+/// Tests of a rehearsal with a display.
 mod needs_script {
     use super::*;
 

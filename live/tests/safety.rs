@@ -15,7 +15,7 @@ const MS: i64 = 1_000_000;
 /// the longest delay before it.
 const OLDEST_NS: i64 = 350 * MS;
 
-/// What is done with the next sample.
+/// Treatment of the next sample.
 #[derive(Debug, Clone)]
 enum Act {
     Send,
@@ -23,7 +23,7 @@ enum Act {
     Repeat,
     /// Bytes from this place on are overwritten.
     Overwrite(u16, Vec<u8>),
-    /// The same, and the checksum made right again.
+    /// Bytes from this place on are overwritten, and the checksum is made right again.
     Forge(u16, Vec<u8>),
     NotFinite(u8),
     /// The sensor's clock is off by so many milliseconds.
@@ -67,14 +67,14 @@ struct Bench {
     hash: u64,
     /// Begin of the log in the monitor's time (ns).
     start_ns: i64,
-    /// How much later than it was measured everything comes (ns).
+    /// Delay of every sample from its measurement to its arrival (ns).
     delay_ns: i64,
     /// Speed of the sensors' clock, and how far it has gone wrong (ns).
     speed: f64,
     wrong_ns: f64,
-    /// When the last sample was measured (ns).
+    /// Measurement time of the last sample (ns).
     measured_ns: i64,
-    /// When the newest faultless sample of each kind was measured (ns).
+    /// Measurement time of the newest faultless sample of each kind (ns).
     good_ns: [Option<i64>; 6],
     good_rows: u32,
     safe: u32,
@@ -114,7 +114,7 @@ impl Bench {
         }
     }
 
-    /// When the next sample is due (ns).
+    /// Returns the time at which the next sample is due (ns).
     fn due_ns(&self) -> i64 {
         let at = self.next % self.samples.len();
         let laps = (self.next / self.samples.len()) as i64;

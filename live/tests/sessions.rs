@@ -20,7 +20,7 @@ use crate::support::{World, data};
 
 type Change = fn(&mut Session);
 
-/// Why a changed session of this machine is refused; `None` if it is not.
+/// Returns the refusal of a changed session of this machine; `None` if the session is accepted.
 fn refused(session: &Session, file: &MachineFile, urdf: &Urdf) -> Option<SessionRefused> {
     let wire = WireSession::try_from(session).unwrap();
     let opened = open_session(&wire, file, urdf, Untimed::Refused);

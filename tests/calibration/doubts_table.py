@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from matrix import ESTIMATORS, family, found_after, groups, is_found, kind_of, number, spread, standing_doubts, table, tips_at
+from matrix import ESTIMATORS, family, groups, is_found, kind_of, number, spread, standing_doubts, table, tips_at
 
 BEGIN, END = "<!-- begin: doubts -->", "<!-- end: doubts -->"
 
@@ -29,7 +29,7 @@ def found(rows):
 
 
 def delay(rows):
-    delays = [after for after in map(found_after, rows) if after is not None]
+    delays = [float(row["delay_s"]) for row in rows if row["delay_s"] != ""]
     return f"{np.median(delays):.1f}" if delays else "–"
 
 
@@ -47,6 +47,7 @@ def text(rows, which):
     counts = [[name.replace("-", " ", 1), *of_estimators(part, found), *of_estimators(part, delay), of_estimators(part, unseen_and_harmful)[0]]
               for name, part in sorted(groups(wrong, lambda row: family(row["variant"])).items())]
     if counts:
+        lines.append("The delay is that of the first row that carries the doubt, before the machine tips.\n")
         lines += [table(["wrong sensor", "found", "causal", "after [s], median", "causal", "not found though loads are wrong"], counts)]
     for estimator in ESTIMATORS:
         lines += [f"Onsets by the {estimator}, in the logs of sound sensors:\n", spread([row for row in sound if row["estimator"] == estimator])]

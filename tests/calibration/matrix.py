@@ -152,9 +152,10 @@ def findings(folder, truth, variant, estimator, covers, gaps, out):
     row["gross_inputs"] = ";".join(gross["kind"] for gross in summary.get("gross_inputs", []))
     if contradictions:
         row["first_contradiction_s"] = round(min(contradictions), 3)
-        later = [start for start in contradictions if start >= variant.wrong_from - 1e-3]
-        if not variant.is_sound and later:
-            row["delay_s"] = round(min(later) - variant.wrong_from, 3)
+    # the start of a doubt is dated back to where its evidence began to grow: a reader of the rows is told later
+    if not variant.is_sound:
+        doubted = [when for when, found in zip(t, samples["reasons"].to_list()) if variant.wrong_from - 1e-3 <= when < tipping and casts_doubt(found)]
+        row["delay_s"] = round(float(doubted[0]) - variant.wrong_from, 3) if doubted else ""
 
     row |= lifts(folder, truth, events, covers, gaps, tipping)
     if truth["tipping_s"] is not None and covers[0] < truth["tipping_s"] < covers[1] - 0.3:
@@ -178,6 +179,11 @@ def findings(folder, truth, variant, estimator, covers, gaps, out):
         if since.any():
             row["danger_share"] = round(float(danger[since].mean()), 4)
     return row | errors(folder, samples, t, is_valid & before)
+
+
+def casts_doubt(found):
+    """Whether the reasons of a row are those of wrong signals."""
+    return any(reason == "contradiction" or reason.endswith("_fault") for reason in found or [])
 
 
 def reasons(samples, which):
@@ -419,7 +425,7 @@ def wrong_table(rows):
     lines = []
     for group, part in sorted(groups(rows, lambda row: family(row["variant"])).items()):
         found = [row for row in part if is_found(row)]
-        delays = [found_after(row) for row in found if not row["gross_inputs"]]
+        delays = [float(row["delay_s"]) for row in found if row["delay_s"] != ""]
         harmful = [row for row in part if (number(row["wrong_valid_share"]) or 0) > 0.05]
         unseen = [row for row in harmful if not is_found(row)]
         lines.append([group, share(len(found), len(part)), quantiles(delays), share(len(unseen), len(part)), f"{np.mean([number(row['wrong_valid_share']) or 0 for row in part]):.2f}"])

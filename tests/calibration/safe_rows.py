@@ -1,9 +1,12 @@
 """What the monitor says of rows in which a wheel is off the ground, and of rows in which none is near it, with sound and with wrong sensors.
 
-    .venv/bin/python safe_rows.py LAB LOGS TABLE.csv --program PATH [--uncommissioned] [--set held] [--only PATTERNS] [--variants PATTERNS] [--page PAGE.md]
+    .venv/bin/python safe_rows.py LAB LOGS TABLE.csv --program PATH [--drive DRIVE] [--uncommissioned] [--set held] [--only PATTERNS] [--variants PATTERNS]
+        [--page PAGE.md]
 
 LAB, LOGS and the variants are those of `matrix.py`. Each variant is analysed with the causal estimator, whose verdicts are those of the live monitor
-bit for bit, under a machine file that is bound to a commissioning: of the same machine, with sound sensors, by the drive of the fixture `commissioning`.
+bit for bit, under a machine file that is bound to a commissioning: of the same machine, with sound sensors, by DRIVE.mcap with DRIVE.toml and DRIVE.urdf,
+which is that of the fixture `commissioning` if none is stated. A commissioning proves a joint only where its drive has moved it:
+`make_commissioning.py LAB OUT commissioning_wide` makes one that has moved all of them where these logs work.
 It states plane ground and wheels whose heights are measured to a millimetre, without which no rigid machine is Safe. Only logs of that machine
 are analysed. What is wrong in a variant has become wrong after the commissioning. With `--uncommissioned` the same machine file is not bound to
 one: what is proven then, the session has proven. TABLE.csv receives one row per log and variant; what it has already is not run again. `--page` writes the summary between the marks of a
@@ -32,25 +35,28 @@ BEGIN, END = "<!-- begin: safe rows -->", "<!-- end: safe rows -->"
 FIXTURE = HERE.parent / "data" / "commissioning"
 SETTLED_S = 2.0             # rows before it are Unknown by design
 OFF_GROUND_S = 0.1          # a lifted row lies so far within a true lift: what a filter lags is not the question here
-CLEAR_SHARE = 0.25          # a row is truly safe if every wheel carries this share of the mean load for a second around it
+# A row is truly safe if by the true loads U = 1 - load / static load of every wheel is below the limit `warning`, and was for as long as a level is held,
+# and will be for the horizon of the prediction: all by the defaults of the machine file. Of these, calm is what is below `notice` for as long.
+LIMITS = {"clear": 0.9, "calm": 0.75}
+HELD_S, HORIZON_S = 1.0, 2.0
 LEVELS = ("safe", "notice", "assumed", "warning", "danger", "unknown", "fault")
-COLUMNS = ["set", "log", "variant", "sound", "wrong_from_s", "commissioned", "exit", *(f"{of}_{what}" for of in ("lifted", "clear")
+COLUMNS = ["set", "log", "variant", "sound", "wrong_from_s", "commissioned", "exit", *(f"{of}_{what}" for of in ("lifted", *LIMITS)
            for what in ("rows", *LEVELS, "trusted")), "error"]
 
 
-def machine_file(program, folder, is_commissioned):
+def machine_file(program, folder, drive, is_commissioned):
     """Writes the machine into this folder and commissions it if it is to be; returns its file."""
     for kind in ("mcap", "urdf"):
-        (folder / f"{FIXTURE.name}.{kind}").write_bytes(FIXTURE.with_suffix(f".{kind}").read_bytes())
+        (folder / f"{drive.name}.{kind}").write_bytes(drive.with_suffix(f".{kind}").read_bytes())
     stated = '[uncertainty]\nwheel_position = 0.001\nwheel_radius = 0.001\n\n[contact]\nground = "plane"\n'
-    text = FIXTURE.with_suffix(".toml").read_text()
+    text = drive.with_suffix(".toml").read_text()
     assert "[uncertainty]" not in text and "[contact]\n" in text
     text = text.replace("[contact]\n", stated)
     if not is_commissioned:
         (folder / "machine.toml").write_text(text)
         return folder / "machine.toml"
     (folder / "machine.toml").write_text('commissioning = "commissioning.json"\n' + text)
-    command = [str(program), "check-machine", "machine.toml", "--log", f"{FIXTURE.name}.mcap", "--commissioning", "commissioning.json"]
+    command = [str(program), "check-machine", "machine.toml", "--log", f"{drive.name}.mcap", "--commissioning", "commissioning.json"]
     subprocess.run(command, cwd=folder, capture_output=True, check=True)
     return folder / "machine.toml"
 
@@ -71,6 +77,7 @@ def judged(folder, variant, program, machine, is_commissioned):
         if not (out / "out" / "samples.parquet").exists():
             return row
         samples = polars.read_parquet(out / "out" / "samples.parquet", columns=["time_ns", "verdict", "verdict_basis"])
+        static = {wheel: of["static_load_n"] for wheel, of in json.loads((out / "out" / "summary.json").read_text())["wheels"].items()}
     t = (samples["time_ns"].to_numpy() - writelog.T0) * 1e-9
     begins = t[0] + SETTLED_S
     tips = tips_at(folder)
@@ -79,10 +86,11 @@ def judged(folder, variant, program, machine, is_commissioned):
         for onset, end in spans:
             lifted |= (t > onset + OFF_GROUND_S) & (t < (math.inf if end is None else end - OFF_GROUND_S))
     times, _, raw = true_loads(str(folder))
-    mean = sum(load[0] for load in raw.values()) / len(raw)
-    low = np.min(list(raw.values()), axis=0) < CLEAR_SHARE * mean
-    near = np.interp(t, times, np.convolve(low, np.ones(max(1, round(1.0 / np.median(np.diff(times))))), "same")) > 0
-    parts = {"lifted": lifted & (t >= variant.wrong_from) & (t < tips + 1.0), "clear": ~near & (t > begins) & (t < tips - 1.0)}
+    used = np.max([1.0 - load / static[wheel.removeprefix("load_").lower()] for wheel, load in raw.items()], axis=0)
+    from_to = np.searchsorted(times, t - HELD_S), np.searchsorted(times, t + HORIZON_S, "right")
+    largest = np.array([used[first:last].max(initial=-math.inf) for first, last in zip(*from_to)])
+    is_known = (t > begins) & (t + HORIZON_S <= min(times[-1], tips))
+    parts = {"lifted": lifted & (t >= variant.wrong_from) & (t < tips + 1.0)} | {of: is_known & (largest < limit) for of, limit in LIMITS.items()}
     level, basis = samples["verdict"].to_numpy(), samples["verdict_basis"].to_numpy()
     for of, which in parts.items():
         row[f"{of}_rows"] = int(which.sum())
@@ -101,12 +109,12 @@ def run(arguments):
         writer = csv.DictWriter(file, COLUMNS)
         if is_new:
             writer.writeheader()
-        machine = machine_file(arguments.program.resolve(), Path(scratch), not arguments.uncommissioned)
+        machine = machine_file(arguments.program.resolve(), Path(scratch), arguments.drive, not arguments.uncommissioned)
         fits = lambda name, patterns: any(fnmatch.fnmatch(name, pattern) for pattern in patterns.split(","))
         for folder in sorted((arguments.logs / arguments.set).iterdir()):
             if not (folder / "truth.json").exists() or not fits(folder.name, arguments.only):
                 continue
-            if (folder / "machine.urdf").read_bytes() != FIXTURE.with_suffix(".urdf").read_bytes():
+            if (folder / "machine.urdf").read_bytes() != arguments.drive.with_suffix(".urdf").read_bytes():
                 continue    # another machine
             has_lifts = any(json.loads((folder / "truth.json").read_text())["lifts"].values())
             for variant in variants_of(str(folder)).values():
@@ -128,10 +136,14 @@ def summary(rows, which):
     sound, lines = [row for row in of_commissioned if row["sound"] == "1"], []
     for name, part in [("all", sound), *sorted(groups(sound, lambda row: row["log"]).items())]:
         if of := total(part, "clear_rows"):
-            lines.append([name, of, *(share(total(part, f"clear_{level}"), of) for level in LEVELS)])
-    text += "\n" + table(["sound sensors, commissioned", "rows in which every wheel is loaded", *(level.title() for level in LEVELS)], lines)
+            calm = share(total(part, "calm_safe"), total(part, "calm_rows"))
+            lines.append([name, of, share(total(part, "clear_trusted"), of), calm, *(total(part, f"clear_{level}") for level in LEVELS)])
+    text += "\n" + table(["sound sensors, commissioned", "truly safe rows", "Safe or Notice, and proven", "calm rows that are Safe",
+                          *(level.title() for level in LEVELS)], lines)
     for title, part in (("wrong since the commissioning", of_commissioned), ("wrong, and never commissioned", of_others)):
         wrong = [row for row in part if row["sound"] == "0"]
+        if not wrong:
+            continue
         families = sorted(groups(wrong, lambda row: family(row["variant"])).items(), key=lambda item: -total(item[1], "lifted_trusted"))
         shown = [(name.replace("-", " ", 1), rows) for name, rows in families if total(rows, "lifted_trusted")]
         lines = [[name, len(rows), total(rows, "lifted_rows"), total(rows, "lifted_trusted"), *(total(rows, f"lifted_{level}") for level in LEVELS)]
@@ -147,8 +159,9 @@ def main():
     parser.add_argument("logs", type=Path, help="folder that manoeuvres.py wrote")
     parser.add_argument("table", type=Path, help="table to write, one row per log and variant")
     parser.add_argument("--program", type=Path, required=True, help="the program to run")
+    parser.add_argument("--drive", type=Path, default=FIXTURE, help="drive of the commissioning, without its extension")
     parser.add_argument("--uncommissioned", action="store_true", help="do not bind a commissioning")
-    parser.add_argument("--set", choices=("set", "held"), default="held")
+    parser.add_argument("--set", default="held", help="folder of LOGS")
     parser.add_argument("--only", default="*", help="patterns of logs, with commas")
     parser.add_argument("--variants", default="*", help="patterns of variants, with commas")
     parser.add_argument("--page", type=Path, help="page of the book")

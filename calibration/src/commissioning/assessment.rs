@@ -50,13 +50,16 @@ pub struct Item {
     pub status: Status,
     /// The compared figure with its standard deviation and the expected value, where there is one.
     pub figure: Option<Figure>,
-    /// By how many standard deviations the nearest alternative is excluded; only where proven.
+    /// Number of standard deviations by which the nearest alternative is excluded; only where proven.
     pub sigmas: Option<f64>,
+    /// Least and greatest position at which a proven or confirmed joint was (rad or m). The signal is right between them, and may
+    /// be wrong beyond.
+    pub range: Option<[f64; 2]>,
     /// Evidence, likely correction, or the motion that is missing.
     pub text: String,
     /// The motion that shows it.
     pub motion: String,
-    /// What a person can be asked instead.
+    /// Question by which a person can confirm the property instead; `None` if there is none.
     pub asks: Option<String>,
 }
 
@@ -74,13 +77,13 @@ pub struct Figure {
 /// A motion that was recognised.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Step {
-    /// What was done, like "drive forward" or "move lift".
+    /// Name of the motion, like "drive forward" or "move lift".
     pub what: String,
     /// Beginning and end (s after the first sample).
     pub span_s: [f64; 2],
 }
 
-/// What people answered, by the key of the item.
+/// Answers of people (`true`: confirmed), by the key of the item.
 pub type Answers = BTreeMap<String, bool>;
 
 /// The result.
@@ -106,7 +109,7 @@ impl Assessment {
             .count()
     }
 
-    /// Whether every item is proven or confirmed, and there is one.
+    /// Whether there are items, and all of them are proven or confirmed.
     #[must_use]
     pub fn is_complete(&self) -> bool {
         let is_good = |item: &Item| matches!(item.status, Status::Proven | Status::Confirmed);

@@ -1,4 +1,4 @@
-//! What may be wrong with a signal, as the correction that would make it right.
+//! Faults of a signal, each stated as the correction that would remove it.
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
@@ -106,7 +106,7 @@ const FACTORS: [(f64, &str); 11] = [
     (0.5, "half as large as it should be"),
 ];
 
-/// What a signal is that is too large by a factor.
+/// Describes the fault of a signal that is too large by a factor, such as "twice as large as it should be".
 pub(super) fn factor_text(factor: f64) -> String {
     let known = FACTORS
         .iter()

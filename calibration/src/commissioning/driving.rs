@@ -28,7 +28,7 @@ const TILTS: f64 = 0.003;
 /// Fewest bins at rest.
 const FEWEST: usize = 8;
 
-/// At rest: the length of the specific force, and its direction against the normal of level ground.
+/// Estimates the length of the specific force at rest, and its direction against the normal of level ground.
 pub(super) fn at_rest(
     machine: &Machine,
     view: &View,

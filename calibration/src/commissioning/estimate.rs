@@ -1,4 +1,4 @@
-//! What a comparison of signals yields: a figure, how sure it is, and what it should be.
+//! Results of comparing signals: a figure, its standard deviation and its expected value.
 
 use std::fmt;
 
@@ -11,7 +11,7 @@ const SURE: f64 = 3.0;
 /// Largest slope on which a machine is commissioned (rad).
 const STEEP: f64 = 0.2;
 
-/// What is compared.
+/// Compared quantity, with its joints, wheels or axes where there are several.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Relation {
     /// Mean specific force at rest, over gravity.
@@ -46,7 +46,7 @@ pub(super) enum Relation {
     SteerOff(usize),
     /// Logarithm of the platform's lean per lean that a joint's motion predicts, over that of the other joints.
     Lean(usize),
-    /// Share of the platform's lean that it does not predict.
+    /// Share of the platform's lean that a joint's motion does not predict.
     LeanUnexplained(usize),
     /// Lean of the platform (rad) while no joint moves, in the direction in which this joint, which never does, would
     /// lean it.
@@ -78,19 +78,20 @@ pub(super) struct Estimate {
     pub(super) wrong: f64,
 }
 
-/// How an estimate stands.
+/// Outcome of an estimate against its expected value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Standing {
-    /// As it should be, and sure enough to say so.
+    /// The value is as expected, and certain enough to say so.
     Agrees,
-    /// Not as it should be.
+    /// The value is not as expected.
     Contradicts,
     /// The motion shows too little.
     Open,
 }
 
 impl Relation {
-    /// What it is where nothing is wrong, the deviation that a good machine may show, and that from which something is wrong.
+    /// Returns the expected value where nothing is wrong, the largest deviation of a good machine, and the least deviation from
+    /// which something is wrong.
     fn limits(self) -> [f64; 3] {
         match self {
             Self::Gravity => [1.0, 0.03, 0.08],
@@ -136,7 +137,8 @@ impl Estimate {
         }
     }
 
-    /// The same with other deviations that a good machine may show, and from which something is wrong.
+    /// Returns the estimate with other limits: the deviation that a good machine may show, and the one from which something is
+    /// wrong.
     pub(super) fn within(self, [tolerance, wrong]: [f64; 2]) -> Self {
         Self {
             tolerance,
@@ -165,8 +167,8 @@ impl Estimate {
         2.0 * self.tolerance + 0.2
     }
 
-    /// By how many standard deviations it is off beyond what `before`, the same relation of the signals as they are, makes
-    /// probable on this machine: how far that is off, and a third of the tolerance.
+    /// Returns by how many standard deviations the estimate is off beyond what is probable on this machine by `before`, the same
+    /// relation of the signals as they are: the deviation of `before`, and a third of the tolerance.
     pub(super) fn sigmas_worse(&self, before: &Self) -> f64 {
         let shown = (before.value - before.expected).abs() + self.tolerance / 3.0;
         let off = (self.value - self.expected).abs() - shown.min(self.tolerance);

@@ -23,7 +23,7 @@ use tipwatch_mechanics::machine::Machine;
 /// Beyond so many standard deviations their number says nothing.
 const MOST_SIGMAS: f64 = 99.0;
 
-/// What every comparison needs.
+/// Machine, signals, travel and predicted lean that all comparisons share.
 #[derive(Debug)]
 pub(super) struct Comparison<'a> {
     pub(super) machine: &'a Machine,
@@ -36,9 +36,9 @@ pub(super) struct Comparison<'a> {
     pub(super) view: View,
     pub(super) travel: Travel,
     pub(super) moved: Vec<MovedAlone>,
-    /// How the platform should lean then.
+    /// Predicted lean of the platform during the motions in `moved`.
     predicted: Predicted,
-    /// Whether wheels slip sideways in a curve: without steering.
+    /// Whether the wheels slip sideways in a curve, because none is steered.
     skids: bool,
 }
 
@@ -73,7 +73,7 @@ impl<'a> Comparison<'a> {
         all
     }
 
-    /// The same, unless something in it contradicts: then the rest is not computed.
+    /// Computes the evidence under a correction, unless something in it contradicts: then the rest is not computed.
     pub(super) fn without_contradiction(
         &self,
         correction: &Correction,
@@ -187,7 +187,34 @@ impl<'a> Comparison<'a> {
         all
     }
 
-    /// What a correction touches.
+    /// Returns the least and greatest position at which a joint was compared with what it moves: while the joint moved alone, or
+    /// steered a wheel that rolled. It moved in between.
+    pub(super) fn compared_range(&self, joint: usize) -> Option<[f64; 2]> {
+        let position = &self.view.joints[joint].position;
+        match self.roles.of(joint) {
+            Role::Mass => {
+                let moved = self.moved.iter().filter(|moved| moved.joint == joint);
+                let runs = moved.flat_map(|moved| moved.runs.iter().cloned());
+                span(runs.flatten().map(|bin| position[bin]))
+            }
+            Role::Steer { .. } => {
+                let wheel =
+                    rolling::steered_wheel(self.machine, self.roles, &self.travel, joint)?.0;
+                let rolls = |bin: &usize| {
+                    rolling::rolling_velocity(&self.view, &self.travel, wheel, *bin).is_some()
+                };
+                span((0..self.view.bins).filter(rolls).map(|bin| position[bin]))
+            }
+            Role::Wheel { .. } | Role::Constant => None,
+        }
+    }
+
+    /// Returns the least and greatest position of a joint in the recording.
+    pub(super) fn recorded_range(&self, joint: usize) -> Option<[f64; 2]> {
+        span(self.view.joints[joint].position.iter().copied())
+    }
+
+    /// Returns the parts of the evidence that a correction changes.
     fn touched(&self, correction: &Correction) -> Parts {
         let none = Parts {
             travel: false,
@@ -231,6 +258,13 @@ impl<'a> Comparison<'a> {
             Correction::SwapJoints(a, b) => of_joint(a).and(of_joint(b)),
         }
     }
+}
+
+/// Returns the least and the greatest of the known positions.
+fn span(positions: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
+    let known = positions.filter(|position| position.is_finite());
+    let each = known.map(|position| [position; 2]);
+    each.reduce(|[least, greatest], [position, _]| [least.min(position), greatest.max(position)])
 }
 
 /// Groups of comparisons.
@@ -302,7 +336,7 @@ impl Evidence {
             .count()
     }
 
-    /// By how many standard deviations this evidence excludes its correction, by all relations that agree in `base`;
+    /// Returns by how many standard deviations this evidence excludes its correction, by all relations that agree in `base`;
     /// `None` if it does not.
     pub(super) fn excludes(&self, base: &Self) -> Option<f64> {
         let pairs = self

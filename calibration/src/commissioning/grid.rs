@@ -127,7 +127,7 @@ pub(super) fn second_derivative(values: &[f64]) -> Vec<f64> {
     )
 }
 
-/// The same for each component of a vector.
+/// Applies a filter to each component of vectors.
 pub(super) fn of_vectors(
     vectors: &[Vector3<f64>],
     filter: impl Fn(&[f64]) -> Vec<f64>,

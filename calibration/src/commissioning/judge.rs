@@ -26,7 +26,7 @@ use tipwatch_mechanics::state::Sensors;
 /// A correction that would explain the contradictions.
 struct Explanation {
     correction: Correction,
-    /// How many relations agree with it.
+    /// Number of relations that agree under the correction.
     agreeing: usize,
 }
 
@@ -209,7 +209,7 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// Whether a relation takes part in something contradicted.
+    /// Whether a relation is contradicted, or doubtful where only doubts are explained.
     fn is_tainted(&self, relation: Relation) -> bool {
         self.contradictions().iter().any(|e| e.relation == relation)
     }
@@ -223,6 +223,7 @@ impl<'a> Judge<'a> {
             status,
             figure: self.figure(question),
             sigmas,
+            range: None,
             text,
             motion: question.motion.clone(),
             asks: question.asks.map(Into::into),
@@ -240,7 +241,35 @@ impl<'a> Judge<'a> {
                 None => {}
             }
         }
+        self.say_where(question, &mut item);
         item
+    }
+
+    /// States the positions at which a joint is right: of a proven joint those at which it moved and was compared, of a confirmed
+    /// one those of the whole recording, which a person has seen.
+    fn say_where(&self, question: &Question, item: &mut Item) {
+        let (Subject::Joint(joint), Some(comparison)) = (question.subject, self.comparison) else {
+            return;
+        };
+        item.range = match item.status {
+            _ if question.key.ends_with(".velocity") => None,
+            Status::Proven => comparison.compared_range(joint),
+            Status::Confirmed => comparison.recorded_range(joint),
+            Status::Contradicted | Status::NotShown => None,
+        };
+        // once
+        let told = item.range.filter(|_| !question.key.ends_with(".sign"));
+        if let Some([least, greatest]) = told {
+            let unit = if self.machine.joint_slides(joint) {
+                "m"
+            } else {
+                "rad"
+            };
+            item.text += &format!(", at {least:.3} to {greatest:.3} {unit}");
+            if let Some([from, to]) = self.machine.joints()[joint].limits {
+                item.text += &format!(" of {from:.3} to {to:.3} {unit}");
+            }
+        }
     }
 
     fn answer(&self, question: &Question) -> (Status, Option<f64>, String) {

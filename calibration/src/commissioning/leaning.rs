@@ -21,7 +21,7 @@ use super::signals::{Signals, View};
 /// Relative error of a predicted lean due to masses.
 const MODEL: f64 = 0.06;
 
-/// What the gyroscope measures of a joint's motion.
+/// Fit of the predicted lean to the one that the gyroscope measures while a joint moves.
 #[derive(Debug, Clone, Copy)]
 struct Fit {
     joint: usize,

@@ -37,7 +37,8 @@ impl Equations {
         }
     }
 
-    /// The same, without a solution where this column varies by less than `least` (standard deviation).
+    /// Returns the equations with a condition: they have no solution where this column varies by less than `least` (standard
+    /// deviation).
     pub(super) fn excited(mut self, column: usize, least: f64) -> Self {
         self.least.push((column, least));
         self
@@ -111,7 +112,7 @@ impl Equations {
     }
 }
 
-/// How many neighbouring residuals count as one, from their autocorrelation r at one step: (1 + r) / (1 - r).
+/// Computes from the autocorrelation r at one step how many neighbouring residuals count as one: (1 + r) / (1 - r).
 pub(super) fn alike(residuals: &[f64]) -> f64 {
     let all: f64 = residuals.iter().map(|e| e * e).sum();
     let neighbours: f64 = residuals.windows(2).map(|pair| pair[0] * pair[1]).sum();

@@ -1,4 +1,4 @@
-//! Which joint moves when, and which moves alone while the machine stands.
+//! Bins in which each joint moves, and in which it moves alone while the machine stands.
 
 use super::grid::noise;
 use super::roles::{Role, Roles};
@@ -7,7 +7,7 @@ use super::travel::Travel;
 
 /// Least velocity of a joint that moves (rad/s or m/s).
 pub(super) const MOVING: f64 = 0.004;
-/// The same as a share of a joint's own fast motion.
+/// Least velocity of a joint that moves, as a share of the joint's own fast motion.
 const SHARE: f64 = 0.08;
 /// Bins that belong to a motion before and after it.
 pub(super) const AROUND: usize = 5;
@@ -23,7 +23,7 @@ pub(super) struct MovedAlone {
     pub(super) runs: Vec<std::ops::Range<usize>>,
 }
 
-/// Whether each joint that moves masses moves, by bin.
+/// Returns the index of each joint that moves masses, with whether it moves in each bin.
 pub(super) fn moving(roles: &Roles, view: &View) -> Vec<(usize, Vec<bool>)> {
     let joints = roles.joints(|role| matches!(role, Role::Mass)).into_iter();
     let moves = |joint: usize| {

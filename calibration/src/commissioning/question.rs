@@ -1,4 +1,4 @@
-//! What a commissioning has to prove, signal by signal.
+//! Questions that a commissioning has to answer, signal by signal.
 
 use std::f64::consts::PI;
 
@@ -14,10 +14,9 @@ use tipwatch_mechanics::state::Sensors;
 /// Factors by which a joint may be wrong without being absurd: degrees, and twice.
 const JOINT_SCALES: [f64; 4] = [2.0, 0.5, 180.0 / PI, PI / 180.0];
 
-/// What a person can confirm about a joint.
+/// Question by which a person can confirm the sign and order of a joint.
 const MOVED: &str = "When this joint was asked for, did it and no other one move, and does its reading grow in the direction that the URDF calls positive?";
-const READS: &str =
-    "Does its reading agree with the position measured at the machine, in two positions far apart?";
+const READS: &str = "Does its reading agree with the position measured at the machine, in two positions far apart, both in this recording?";
 
 const PULLS: &str = "With a known load on the tool, and with a known pull sideways, does the measured force have that size, and does it point as the frame of the sensor in the machine file says?";
 const PUSHES: &str = "With the load of this actuator measured otherwise (weighed wheels, or a known load), does its force have that size, positive when it pushes the rod out?";
@@ -40,11 +39,11 @@ pub(super) struct Question {
     pub(super) alternatives: Vec<Correction>,
     /// Motion that shows it.
     pub(super) motion: String,
-    /// What a person can confirm where no signal shows it.
+    /// Question by which a person can confirm the property where no signal shows it.
     pub(super) asks: Option<&'static str>,
 }
 
-/// What the questions depend on.
+/// Machine, sensors and roles of the joints, on which the questions depend.
 #[derive(Debug)]
 pub(super) struct Setting<'a> {
     pub(super) machine: &'a Machine,
@@ -53,7 +52,7 @@ pub(super) struct Setting<'a> {
     pub(super) source: Source,
     /// The joints that the sensors measure.
     pub(super) measured: Vec<usize>,
-    /// Whether wheels slip sideways in curves: none is steered.
+    /// Whether the wheels slip sideways in curves, because none is steered.
     pub(super) skids: bool,
 }
 
@@ -396,7 +395,7 @@ fn of_joint(setting: &Setting<'_>, joint: usize) -> Vec<Question> {
             };
             let motion = || {
                 format!(
-                    "stand, and move {name} alone, up and down (or to both sides), by a good part of its range"
+                    "stand, and move {name} alone, up and down (or to both sides), over the range in which it works"
                 )
             };
             vec![
@@ -433,7 +432,7 @@ fn of_joint(setting: &Setting<'_>, joint: usize) -> Vec<Question> {
     all
 }
 
-/// Whether exchanging two wheels makes a difference: they run on different sides, or one of them is steered.
+/// Whether exchanging two wheels changes the signals: they run on different sides, or one of them is steered.
 fn rolls_otherwise(setting: &Setting<'_>, joint: usize, other: usize) -> bool {
     let wheel = |joint: usize| match setting.roles.of(joint) {
         Role::Wheel { wheel, .. } => Some(*wheel),
@@ -446,7 +445,7 @@ fn rolls_otherwise(setting: &Setting<'_>, joint: usize, other: usize) -> bool {
     (side(a) - side(b)).abs() > 0.1 || setting.roles.is_steered(a) != setting.roles.is_steered(b)
 }
 
-/// Whether forward is forward for all sensors together.
+/// Returns the question whether forward is forward for all sensors together.
 fn travel() -> Question {
     Question {
         key: "travel.forward".into(),

@@ -1,4 +1,4 @@
-//! What each joint does: it spins a wheel, steers wheels, or moves masses.
+//! Role of each joint: it spins a wheel, steers wheels, or moves masses.
 
 use nalgebra::Vector3;
 use tipwatch_mechanics::dynamics::kinematics::{self, BodyMotion};
@@ -9,16 +9,16 @@ use tipwatch_mechanics::state::State;
 /// Least vertical part of the axis of a steering joint.
 const UPRIGHT: f64 = 0.8;
 
-/// What a joint does.
+/// Role of a joint in the machine.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Role {
-    /// It spins this wheel, as the joint of this body.
+    /// The joint spins this wheel, as the joint of this body.
     Wheel { wheel: usize, body: usize },
-    /// It turns these wheels about an upright axis; `sign` is +1 if a positive angle turns them to the left.
+    /// The joint turns these wheels about an upright axis; `sign` is +1 if a positive angle turns them to the left.
     Steer { wheels: Vec<usize>, sign: f64 },
-    /// It moves masses, or the wheels up and down.
+    /// The joint moves masses, or the wheels up and down.
     Mass,
-    /// Its position is constant by the machine file.
+    /// The joint's position is constant by the machine file.
     Constant,
 }
 

@@ -95,7 +95,7 @@ pub(super) fn order(view: &View, travel: &Travel) -> Vec<Estimate> {
     found
 }
 
-/// How far its speed is off that of its path in curves.
+/// Estimates the deviation of a wheel's speed from that of its path in curves: root mean square, as a share of the speed.
 fn in_curves(view: &View, travel: &Travel, wheel: &WheelColumns) -> Option<Estimate> {
     let turns = (0..view.bins).filter(|&k| view.is_upright[k] && view.turning[k].z.abs() > CURVE);
     let pairs = turns.map(|k| {
@@ -127,6 +127,36 @@ fn along_alone(view: &View, travel: &Travel, wheel: &WheelColumns) -> Option<[f6
     Some(equations.solve()?.of(0))
 }
 
+/// A wheel that a steering joint steers, and its sign; see [`Role::Steer`].
+pub(super) fn steered_wheel<'t>(
+    machine: &Machine,
+    roles: &Roles,
+    travel: &'t Travel,
+    joint: usize,
+) -> Option<(&'t WheelColumns, f64)> {
+    let Role::Steer { wheels, sign } = roles.of(joint) else {
+        return None;
+    };
+    let is_steered = |columns: &&WheelColumns| {
+        let wheel = machine.joints()[columns.joint].spins_wheel;
+        wheel.is_some_and(|wheel| wheels.contains(&wheel))
+    };
+    Some((travel.wheels.iter().find(is_steered)?, *sign))
+}
+
+/// Velocity of a wheel's centre in a bin in which it rolls fast enough to show its direction (m/s).
+pub(super) fn rolling_velocity(
+    view: &View,
+    travel: &Travel,
+    wheel: &WheelColumns,
+    bin: usize,
+) -> Option<Vector3<f64>> {
+    let turned = Vector3::z().cross(&wheel.centre[bin]) * view.turning[bin].z;
+    let velocity = travel.velocity[bin] + turned;
+    let is_fast = velocity.xy().norm() >= SLOW;
+    (view.is_upright[bin] && is_fast).then_some(velocity)
+}
+
 /// The steering joints' angles.
 pub(super) fn steering(
     machine: &Machine,
@@ -136,25 +166,15 @@ pub(super) fn steering(
 ) -> Vec<Estimate> {
     let mut found = Vec::new();
     for joint in roles.joints(|role| matches!(role, Role::Steer { .. })) {
-        let Role::Steer { wheels, sign } = roles.of(joint) else {
-            continue;
-        };
-        let is_steered = |columns: &&WheelColumns| {
-            machine.joints()[columns.joint]
-                .spins_wheel
-                .is_some_and(|wheel| wheels.contains(&wheel))
-        };
-        let Some(wheel) = travel.wheels.iter().find(is_steered) else {
+        let Some((wheel, sign)) = steered_wheel(machine, roles, travel, joint) else {
             continue;
         };
         let mut equations = Equations::new(2).excited(0, STEERS);
         let mut squares = [0.0, 0.0];
-        for k in (0..view.bins).filter(|&k| view.is_upright[k]) {
-            let velocity =
-                travel.velocity[k] + Vector3::z().cross(&wheel.centre[k]) * view.turning[k].z;
-            if velocity.xy().norm() < SLOW {
+        for k in 0..view.bins {
+            let Some(velocity) = rolling_velocity(view, travel, wheel, k) else {
                 continue;
-            }
+            };
             let along = wheel.along[k];
             // Steering angles stay below 90 degrees.
             let velocity = velocity * travel.velocity[k].x.signum();

@@ -33,7 +33,7 @@ pub(super) struct Signals {
 #[derive(Debug, Clone)]
 pub(super) struct View {
     pub(super) bins: usize,
-    /// Whether the machine stands upright, neither falling nor on its side.
+    /// Whether the machine stands upright in each bin, neither falling nor on its side.
     pub(super) is_upright: Vec<bool>,
     /// Specific force at the base origin (m/s^2).
     pub(super) force: Vec<Vector3<f64>>,
@@ -51,7 +51,7 @@ pub(super) struct View {
     pub(super) joints: Vec<JointColumns>,
 }
 
-/// One joint.
+/// Signals of one joint, by bin.
 #[derive(Debug, Clone)]
 pub(super) struct JointColumns {
     pub(super) position: Vec<f64>,
@@ -130,7 +130,7 @@ impl Signals {
         self.gyro_variance
     }
 
-    /// The same signals in base axes, under a correction.
+    /// Returns the signals in base axes, under a correction.
     pub(super) fn view(&self, machine: &Machine, correction: &Correction) -> View {
         let mount = machine.imu().rotation_in_body();
         let mut turn_all = Matrix3::identity();

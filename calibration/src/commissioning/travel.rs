@@ -1,4 +1,4 @@
-//! How the machine travels: by its odometry or its wheels, and what each wheel should do then.
+//! Travel of the machine by its odometry or its wheels, and the motion expected of each wheel.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -19,7 +19,7 @@ const LATERAL_WEIGHT: f64 = 0.3;
 /// Motion of the base, and the kinematics of its wheels, by bin.
 #[derive(Debug, Clone)]
 pub(super) struct Travel {
-    /// Where the velocity comes from.
+    /// Sensors that give the velocity, if any.
     pub(super) source: Source,
     /// Velocity (m/s, base axes, smoothed).
     pub(super) velocity: Vec<Vector3<f64>>,
@@ -29,7 +29,7 @@ pub(super) struct Travel {
     pub(super) wheel_yaw: Vec<f64>,
     /// The wheels whose rotation is measured.
     pub(super) wheels: Vec<WheelColumns>,
-    /// Whether it stands, by all signals that tell.
+    /// Whether the machine stands still in each bin, by all signals that show it.
     pub(super) stands: Vec<bool>,
 }
 

@@ -1,4 +1,4 @@
-//! Whether readings of loads lie within the bands that the identified machine states, and how wide these must be.
+//! Check of load readings against the bands that the identified machine states, and the width that the bands need.
 //!
 //! The band of a reading of n supports is that of their computed load and of the sensor together:
 //! ```text
@@ -11,6 +11,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
+use serde::Serialize;
 use tipwatch_mechanics::machine::{Identified, Machine};
 use tipwatch_mechanics::{
     Scope, State, Workspace, combination_sigma, evaluate_one, resting_on_slope, resting_state,
@@ -28,7 +29,7 @@ const FEWEST: usize = 20;
 const ONLY_SPLIT: f64 = 0.9;
 
 /// Readings of loads against the bands of the identified machine.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct BandCheck {
     /// Number of readings: those that were held back, all if these are few.
     pub readings: usize,
@@ -37,8 +38,10 @@ pub struct BandCheck {
     /// Residuals are this many times as large as stated: twice this many standard deviations hold 95.4 % of what each reading
     /// shows beside the split between the diagonals, which is open. `None` if all that is read is that split: then nothing
     /// stands against what was stated.
+    #[serde(rename = "residuals_over_stated")]
     pub excess: Option<f64>,
     /// The stated model share.
+    #[serde(rename = "stated_model_share")]
     pub stated_share: f64,
     /// The model share at which two standard deviations hold 95.4 % of the readings, of those that were fitted too, and of
     /// what they show beside the split; at least the stated one.
@@ -48,7 +51,7 @@ pub struct BandCheck {
 /// A reading of a load.
 struct Judged {
     reading: Residual,
-    /// What the open split leaves of it; `None` if nothing.
+    /// Residual beside the split between the diagonals, which is open; `None` if nothing remains beside the split.
     beside_split: Option<Residual>,
 }
 
@@ -58,14 +61,14 @@ struct Residual {
     residual: f64,
     /// Variance by parameters, slope and sensor (N^2).
     variance: f64,
-    /// What a model share of one adds to the variance (N^2).
+    /// Variance that a model share of one adds (N^2).
     per_share: f64,
     /// Part of the variance that is the split's (N^2).
     of_split: f64,
 }
 
 impl Residual {
-    /// Whether it shows nothing beside how the supports share the load.
+    /// Whether the residual shows nothing beside how the supports share the load.
     fn shows_only_split(&self) -> bool {
         self.of_split >= ONLY_SPLIT * self.variance && self.ratio(0.0) <= 2.0
     }
@@ -74,7 +77,7 @@ impl Residual {
         self.residual.is_finite() && self.variance.is_finite() && self.per_share > 0.0
     }
 
-    /// In standard deviations at this model share.
+    /// Returns the residual in standard deviations at this model share.
     fn ratio(&self, share: f64) -> f64 {
         self.residual.abs() / (self.variance + share.powi(2) * self.per_share).sqrt()
     }
@@ -251,21 +254,22 @@ fn of_instant(changed: &Changed, known: &Machine, data: &Data, instant: &Instant
 /// A load that was read.
 struct Read {
     residual: f64,
-    /// By wheel, 1 if it is part of it.
+    /// Factor of each wheel: 1 if the wheel is part of the load.
     factors: DVector<f64>,
     /// Standard deviation of the sensor (N).
     sensor: f64,
-    /// What one standard deviation of each slope does to it (N).
+    /// Change of the load by one standard deviation of each slope (N).
     by_slope: Vec<f64>,
 }
 
-/// What is left of each reading, as a sum of all of an instant, without those that the split moves, and those sums, each by as
-/// much as a split can move it (N). With h one of these and s the standard deviation of a sensor, what is left is multiplied by
+/// Removes the sums of readings that the split moves from the readings of an instant. Returns the weights of all readings in what
+/// remains of each one, and the changes of the readings by the largest split in each direction (N). With h one of these changes
+/// and s the standard deviation of a sensor, the weights are multiplied by
 /// ```text
 ///     1 - h h' / (s^2 + h' h)
 /// ```
 /// so that a split that moves the readings by less than their sensors know hides nothing, and one that moves them far hides its
-/// direction. One reading a column; it is symmetric.
+/// direction. The weights are symmetric, with one reading in each column.
 fn without_split(
     read: &[Read],
     split: Vec<Vec<f64>>,

@@ -1,11 +1,11 @@
-//! What was measured: instants of logs and weighings, with the readings of each.
+//! Measured data: instants of logs and weighings, with the readings of each.
 
 use std::sync::Arc;
 
 use tipwatch_mechanics::State;
 use tipwatch_mechanics::machine::SupportId;
 
-/// All that was measured.
+/// Measured data of an identification.
 #[derive(Debug, Clone, Default)]
 pub struct Data {
     /// The sensors.
@@ -36,7 +36,7 @@ pub struct Channel {
     pub unit: &'static str,
     /// Standard deviation of its constant error; zero where each reading has an error of its own.
     pub bias_sigma: f64,
-    /// Whether it measures loads of supports.
+    /// Whether the sensor measures loads of supports.
     pub is_load: bool,
 }
 
@@ -45,7 +45,7 @@ pub struct Channel {
 pub struct Source {
     /// Its name, for messages.
     pub name: String,
-    /// Whether it is a log, whose instants follow each other in time.
+    /// Whether the source is a log, whose instants follow each other in time; otherwise a weighing.
     pub is_log: bool,
     /// Its instants, in order of time.
     pub instants: Vec<Instant>,
@@ -60,7 +60,7 @@ pub struct Instant {
     pub supports: Arc<[SupportId]>,
     /// The situation of the machine.
     pub situation: Situation,
-    /// What was measured.
+    /// Readings of the sensors.
     pub readings: Vec<Reading>,
 }
 
@@ -73,7 +73,7 @@ pub enum Situation {
     AtRest {
         /// Positions of the joints as the encoders show them (rad or m).
         positions: Vec<f64>,
-        /// How far the ground rises forward and to the left (rad).
+        /// Slope of the ground (rad), positive where it rises forward and where it rises to the left.
         slope: [f64; 2],
         /// Standard deviation of either (rad).
         slope_sigma: f64,
@@ -83,7 +83,7 @@ pub enum Situation {
 /// A measured number.
 #[derive(Debug, Clone)]
 pub struct Reading {
-    /// What it is.
+    /// Measured quantity.
     pub what: Measured,
     /// The number (N or m/s^2).
     pub value: f64,
@@ -93,12 +93,12 @@ pub struct Reading {
     pub channel: usize,
 }
 
-/// What a reading measures.
+/// Quantity that a reading measures.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Measured {
     /// Total load of some supports (N); those off the ground carry nothing.
     Load {
-        /// Which.
+        /// Supports whose loads the reading sums up.
         supports: Vec<SupportId>,
     },
     /// Force of the actuator of a linkage, positive when it extends the rod (N).
@@ -108,7 +108,7 @@ pub enum Measured {
     },
     /// Specific force along an axis of the IMU, at rest (m/s^2).
     SpecificForce {
-        /// 0 to 2.
+        /// Axis of the IMU, 0 to 2.
         axis: usize,
     },
 }
@@ -127,7 +127,7 @@ impl Data {
 }
 
 impl Measured {
-    /// Whether it is a load of supports.
+    /// Whether the quantity is a load of supports.
     #[must_use]
     pub fn is_load(&self) -> bool {
         matches!(self, Self::Load { .. })

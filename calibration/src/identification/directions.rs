@@ -32,7 +32,7 @@ pub struct Term {
     pub weight: f64,
 }
 
-/// What the data tell and what not.
+/// Combinations of parameters that the data determine, and the parameters and combinations that they leave open.
 #[derive(Debug)]
 pub(crate) struct Named {
     pub(crate) told: Vec<Combination>,

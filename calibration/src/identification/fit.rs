@@ -42,7 +42,7 @@ struct Whitened {
     derivatives: DMatrix<f64>,
 }
 
-/// How a source was used.
+/// Use of a source in the fit: its instants, their correlation and the scale of its residuals.
 #[derive(Debug, Clone)]
 pub(crate) struct SourceWeight {
     pub(crate) instants: usize,
@@ -77,7 +77,7 @@ struct Problem<'a> {
     /// Column of each channel's constant error, after the unknowns, and its standard deviation.
     biases: Vec<Option<(usize, f64)>>,
     size: usize,
-    /// By source.
+    /// Whether each source is a log.
     is_log: Vec<bool>,
 }
 

@@ -16,7 +16,7 @@ use crate::identification::prior::Prior;
 const TOLD: f64 = 0.5;
 const UNTOLD: f64 = 0.9;
 
-/// What was identified.
+/// Result of an identification.
 #[derive(Debug)]
 pub struct Identification {
     /// The changes and their joint uncertainty, as the machine file states them.
@@ -29,7 +29,7 @@ pub struct Identification {
     pub untold: Vec<usize>,
     /// Combinations of parameters that the data cannot tell apart.
     pub indistinguishable: Vec<Combination>,
-    /// How the data were used.
+    /// Use of each log and weighing.
     pub sources: Vec<SourceUse>,
     /// Errors of the readings that were fitted.
     pub fitted: Vec<ChannelError>,
@@ -51,16 +51,16 @@ pub struct Estimate {
     pub nominal: Option<f64>,
     /// Its change.
     pub change: f64,
-    /// Standard deviation before.
+    /// Standard deviation before, in the parameter's unit.
     pub prior_sigma: f64,
-    /// Standard deviation after.
+    /// Standard deviation after, in the parameter's unit.
     pub sigma: f64,
-    /// What the data tell of it by itself.
+    /// Extent to which the data determine the parameter by itself.
     #[serde(rename = "told")]
     pub knowledge: Knowledge,
 }
 
-/// What the data tell of a parameter by itself.
+/// Extent to which the data determine a parameter by itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum Knowledge {
     /// Its standard deviation at least halved.
@@ -74,7 +74,7 @@ pub enum Knowledge {
     Untold,
 }
 
-/// How a log or a weighing was used.
+/// Use of a log or a weighing in the identification.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SourceUse {
     /// Its name.
@@ -85,7 +85,7 @@ pub struct SourceUse {
     pub left_out: usize,
     /// Instants without weight, because they are far off the others.
     pub outliers: usize,
-    /// What they are worth in independent instants.
+    /// Equivalent number of independent instants.
     #[serde(rename = "independent_instants")]
     pub effective: f64,
     /// Residuals are this many times as large as stated; they have that much less weight.
@@ -101,7 +101,7 @@ pub struct ChannelError {
     pub name: String,
     /// Its unit.
     pub unit: &'static str,
-    /// Whether it measures loads of supports.
+    /// Whether the channel measures loads of supports.
     #[serde(skip)]
     pub is_load: bool,
     /// Number of readings.
@@ -119,11 +119,11 @@ pub struct ChannelError {
 /// Errors on the data that were held back.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeldBack {
-    /// By channel.
+    /// Errors of each channel.
     pub channels: Vec<ChannelError>,
     /// Root mean square error of all loads before (N); NaN without loads.
     pub loads_before: f64,
-    /// The same after.
+    /// Root mean square error of all loads after (N).
     pub loads_after: f64,
     /// Number of instants.
     pub instants: usize,
@@ -149,7 +149,7 @@ impl HeldBack {
     }
 }
 
-/// Why nothing can be identified.
+/// Error of an identification that lacks data or unknowns.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NothingToIdentify {
     /// No usable instant.

@@ -17,7 +17,7 @@ use crate::identification::model::{Changed, places};
 /// Step of a central difference, in prior standard deviations.
 const STEP: f64 = 1e-3;
 
-/// How derivatives with respect to parameters become those with respect to unknowns, on each set of supports.
+/// Conversions of derivatives with respect to parameters into those with respect to unknowns, for each set of supports.
 #[derive(Debug)]
 pub(crate) struct Columns {
     on_sets: Vec<(Vec<SupportId>, ColumnsOnSet)>,
@@ -41,10 +41,10 @@ impl Columns {
     }
 }
 
-/// The same for the parameters of the machine on one set.
+/// Conversion for the parameters of the machine on one set of supports.
 #[derive(Debug)]
 struct ColumnsOnSet {
-    /// By unknown: index among all parameters, and factor.
+    /// For each unknown: the parameters that it changes, by index among all, and the factors.
     of: Vec<Vec<(usize, f64)>>,
 }
 

@@ -1,4 +1,4 @@
-//! What the model predicts of the readings.
+//! Predictions of the readings by the model.
 
 use std::sync::Arc;
 
@@ -57,7 +57,7 @@ impl Changed {
         std::iter::once(&self.machine).chain(&self.on_others)
     }
 
-    /// Whether no mass is negative and every wheel has a radius.
+    /// Whether no mass is negative and every wheel has a positive radius.
     pub(crate) fn is_possible(&self) -> bool {
         let links = self.machine.links().iter().map(|link| link.inertia.mass);
         let payloads = self.machine.payloads().iter().map(|p| p.inertia.mass);
@@ -110,7 +110,8 @@ impl Changed {
         }
     }
 
-    /// What one standard deviation of either slope changes in all readings of an instant; none where the slope is known.
+    /// Computes the changes of all readings of an instant by one standard deviation of each slope; none where the slope is known
+    /// exactly.
     pub(crate) fn by_slope(&self, instant: &Instant) -> Vec<DVector<f64>> {
         let sigma = match instant.situation {
             Situation::AtRest { slope_sigma, .. } => slope_sigma,
@@ -179,7 +180,7 @@ impl Changed {
     }
 }
 
-/// Where those of some supports that `machine` stands on are in its lists by wheel.
+/// Returns the places of some supports in the lists by wheel of `machine`; supports that it does not stand on have none.
 pub(crate) fn places(machine: &Machine, supports: &[SupportId]) -> impl Iterator<Item = usize> {
     supports.iter().filter_map(|&id| machine.place_of(id))
 }
@@ -191,7 +192,7 @@ pub fn predict(machine: &Machine, instant: &Instant) -> Vec<f64> {
     predicted(machine, &[], &[], instant)
 }
 
-/// The same with each unknown changed by an amount in its unit.
+/// Predicts all readings of an instant with each unknown changed by an amount in the unknown's unit.
 #[must_use]
 pub fn predicted(
     machine: &Machine,

@@ -16,7 +16,7 @@ const MOST_SHARE: f64 = 1.0 - 1e-12;
 pub(crate) struct Posterior {
     /// Share of the prior variance that the data removed along each direction.
     pub(crate) shares: Vec<f64>,
-    /// One direction a column, of length one.
+    /// Directions of length one, one in each column.
     pub(crate) directions: DMatrix<f64>,
 }
 

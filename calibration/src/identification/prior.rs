@@ -1,4 +1,4 @@
-//! What is known of the unknowns before the data: the machine file's standard deviations, or an earlier identification.
+//! Prior knowledge of the unknowns, before the data: the machine file's standard deviations, or an earlier identification.
 
 use nalgebra::{DMatrix, DVector};
 use tipwatch_mechanics::machine::{Identified, Machine, Unknown};
@@ -7,7 +7,7 @@ use tipwatch_mechanics::machine::{Identified, Machine, Unknown};
 #[derive(Debug, Clone)]
 pub(crate) struct Prior {
     pub(crate) unknowns: Vec<Unknown>,
-    /// By unknown, in its unit.
+    /// Standard deviation of each unknown, in the unknown's unit.
     pub(crate) sigmas: Vec<f64>,
     /// Expected changes.
     pub(crate) mean: DVector<f64>,

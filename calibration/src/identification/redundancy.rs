@@ -1,4 +1,4 @@
-//! Whether weighings agree with each other, whatever the machine weighs.
+//! Test whether weighings agree with each other, whatever the machine weighs.
 //!
 //! The loads of the supports in each posture are unknown, and so is the weight, which is the same in all postures:
 //! ```text
@@ -25,7 +25,7 @@ const EQUALLY: f64 = 1e-3;
 /// Standard deviation of the weight being the same, as a share of it: rounding.
 const SAME_WEIGHT: f64 = 1e-7;
 
-/// How well weighings agree.
+/// Agreement of weighings with each other.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Agreement {
     /// Sum of the squared residuals of the redundant readings, in standard deviations.
@@ -65,7 +65,7 @@ impl Agreement {
     }
 }
 
-/// How well the weighings of `data` agree with each other; `None` if no reading is redundant.
+/// Tests how well the weighings of `data` agree with each other; `None` if no reading is redundant.
 #[must_use]
 pub fn agreement(machine: &Machine, data: &Data) -> Option<Agreement> {
     let weighings = data.sources.iter().filter(|source| !source.is_log);
@@ -140,7 +140,7 @@ pub fn agreement(machine: &Machine, data: &Data) -> Option<Agreement> {
 /// Residuals of equations in standard deviations.
 struct Residuals {
     scaled: DVector<f64>,
-    /// By equation, the share of its error that its residual shows: 1 less the leverage.
+    /// Share of the error of each equation that its residual shows: 1 less the leverage.
     shown: Vec<f64>,
     redundant: usize,
 }
@@ -182,8 +182,8 @@ impl Residuals {
         })
     }
 
-    /// How far a reading is off what the others say, and the standard deviation of that, both in its own standard
-    /// deviations; `None` if the others say nothing of it.
+    /// Returns the difference of a reading from what the others predict of it, and the standard deviation of the difference, both
+    /// in the reading's own standard deviations; `None` if the others say nothing of the reading.
     fn without(&self, row: usize) -> Option<(f64, f64)> {
         let shown = self.shown[row];
         (shown > 1e-9).then(|| (self.scaled[row] / shown, shown.sqrt().recip()))
@@ -204,7 +204,7 @@ fn normal_share(instant: &Instant) -> (f64, f64) {
     (cosine, by_slope.hypot(0.5 * slope_sigma.powi(2)))
 }
 
-/// Whether the loads of two weighings must be the same.
+/// Whether the loads of two weighings must be the same: of equal supports, joint positions and exactly known slopes.
 fn is_same(a: &Instant, b: &Instant) -> bool {
     let parts = |of: &Instant| match &of.situation {
         Situation::AtRest {

@@ -14,7 +14,7 @@ use super::{Other, Steady, machine_name, report, support, wait_until};
 
 const PERIOD_NS: i64 = 1_000_000;
 
-/// What came of the rows.
+/// Delays, losses and levels of the rows.
 #[derive(Default)]
 struct Rows {
     delays_ns: Vec<i64>,

@@ -24,8 +24,8 @@ use crate::failure::{Failure, Kind};
 /// The longest wait: who asks for more waits again.
 const MAX_WAIT: Duration = Duration::from_secs(60);
 
-/// What C knows as `struct tipwatch_client`. Nothing is there: the address is a number that is given once, so that one of a client that
-/// is closed, or of none, is found to be so.
+/// Handle of a client: `struct tipwatch_client` in C. Its address points to nothing: it is a number that is given once, so that
+/// the handle of a closed client, or of none, is recognised.
 #[repr(C)]
 pub struct Handle {
     nothing: [u8; 0],
@@ -34,7 +34,7 @@ pub struct Handle {
 struct Opened {
     /// `None` after a panic: nobody knows in which state it left the client.
     client: Option<Client>,
-    /// Why the last call failed.
+    /// Error text of the last call that failed; empty before.
     failure: CString,
 }
 
@@ -80,7 +80,7 @@ fn opened(opened: Opened) -> *mut Handle {
     ptr::without_provenance_mut(number)
 }
 
-/// Why this thread has no such client.
+/// Returns the failure of a call with a handle that is no open client of this thread: null, of another thread, or closed.
 fn no_client(number: usize) -> Failure {
     let kind = match number {
         0 => Kind::Argument,
@@ -148,7 +148,7 @@ pub extern "C" fn tipwatch_client_close(client: *mut Handle) -> c_int {
     caught(close).map_or_else(|failure| failure.kind as c_int, |()| 0)
 }
 
-/// Why the last call with this client failed.
+/// Returns the error text of the last call with this client that failed; empty before.
 #[unsafe(no_mangle)]
 pub extern "C" fn tipwatch_client_error(client: *const Handle) -> *const c_char {
     let said = caught(|| {

@@ -1,4 +1,4 @@
-//! Why a call failed: a number for programs, a text for people.
+//! Failure of a call: a number for programs, a text for people.
 
 use tipwatch_live::node::NoRoom;
 
@@ -24,11 +24,11 @@ pub(crate) enum Kind {
     Closed = -9,
 }
 
-/// Why a call failed.
+/// Failure of a call.
 #[derive(Debug)]
 pub(crate) struct Failure {
     pub(crate) kind: Kind,
-    /// What was expected and what was found.
+    /// Text for people: what was expected, and what was found.
     pub(crate) text: String,
 }
 

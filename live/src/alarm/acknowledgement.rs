@@ -1,11 +1,11 @@
-//! Which acknowledgements count: those of somebody who has seen the alarm, or that a signal is doubted.
+//! Rules by which acknowledgements count: those of somebody who has seen the alarm, or the doubt of a signal.
 
 use tipwatch_mechanics::machine::{Proof, Proofs};
 
 use crate::wire::command::HoldReason;
 use crate::wire::topics::{ALARM_BEGINS, Wire, WireAcknowledge, WireCommand, WireVerdict};
 
-/// What an acknowledgement is of.
+/// Subject of an acknowledgement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Acknowledged {
     /// The latched alarm.
@@ -70,8 +70,8 @@ impl AlarmSeen {
         };
     }
 
-    /// What this acknowledgement is of; `None` if the message that it names did not carry that. `next` is the number of the
-    /// next message.
+    /// Returns the subject of an acknowledgement; `None` if the message that it names did not carry that alarm or doubt. `next`
+    /// is the sequence number of the next message.
     #[must_use]
     pub fn acknowledged(&self, by: &WireAcknowledge, next: u64) -> Option<Acknowledged> {
         if !by.is_for(self.machine_hash) || by.verdict_source != self.source {
@@ -118,7 +118,7 @@ impl WireAcknowledge {
         }
     }
 
-    /// Whether it is undamaged, of this version, and meant for this machine.
+    /// Whether the message is undamaged, of this version, and meant for this machine.
     #[must_use]
     pub fn is_for(&self, machine_hash: u64) -> bool {
         self.is_whole() && self.machine_hash == machine_hash
@@ -126,7 +126,7 @@ impl WireAcknowledge {
 }
 
 impl WireCommand {
-    /// Whether it tells of a rod that does not obey its valve.
+    /// Whether the command reports a rod that does not obey its valve.
     #[must_use]
     pub fn has_rod_fault(&self) -> bool {
         let reasons = self.reasons();

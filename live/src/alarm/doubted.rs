@@ -5,6 +5,9 @@
 //! ```
 //! BY is by how much it is off (rad, m or m/s^2), MOVED what of that may be motion, TIME when that was found (UTC). In names, all
 //! but letters, digits and `_.-` stands as `%` and two hexadecimal digits.
+//!
+//! BY is 0 of a joint that stopped to be measured; MOVED is how fast it moved then (rad/s or m/s), and -1 if the lean of the platform has
+//! contradicted that it stood still.
 
 use std::fmt::{self, Write};
 use std::str::FromStr;
@@ -102,16 +105,16 @@ fn is_plain(byte: u8) -> bool {
 pub struct DoubtedSignal {
     /// The signal.
     pub name: SignalName,
-    /// By how much it is off (rad, m or m/s^2; signed), and what of that may be motion: see [`SignalDoubt`].
+    /// Deviation of the signal (rad, m or m/s^2; signed), and the part of the deviation that may be motion: see [`SignalDoubt`].
     pub by: f64,
     /// See `by`.
     pub moved: f64,
-    /// When that was found.
+    /// Time at which the failure was found.
     pub since: Timestamp,
 }
 
 impl DoubtedSignal {
-    /// What it is in this machine; `None` if that has no such signal.
+    /// Returns the doubt as one of a signal of this machine; `None` if the machine has no such signal.
     #[must_use]
     pub fn of_machine(&self, machine: &Machine) -> Option<SignalDoubt> {
         let mut signals = Proof::all(machine.joints().len());
@@ -156,15 +159,15 @@ impl FromStr for DoubtedSignal {
     }
 }
 
-/// It is not what such signals are written as.
+/// Error of a text that is not the written form of doubted signals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Damaged;
 
-/// There is no room for another one.
+/// Error of a list of doubted signals that is full.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Full;
 
-/// Some signals, each once. It is as large as its most, so that nothing allocates.
+/// Doubted signals, each once. The list has room for its largest number from the start, so that nothing allocates.
 #[derive(Clone, Copy)]
 pub struct DoubtedSignals {
     count: usize,
@@ -193,7 +196,7 @@ impl DoubtedSignals {
         self.iter().find(|it| it.name == *name)
     }
 
-    /// Whether there is none.
+    /// Whether no signal is doubted.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.count == 0

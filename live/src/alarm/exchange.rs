@@ -1,4 +1,4 @@
-//! What the monitor's loop and the thread that writes the alarm tell each other, as numbers. Nobody waits.
+//! Exchange of numbers between the monitor's loop and the thread that writes the alarm. Neither waits for the other.
 
 use crate::system::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
@@ -16,7 +16,7 @@ pub(super) struct Exchange {
 }
 
 impl Exchange {
-    /// This alarm is to be written first.
+    /// Creates the exchange; the alarm of this number is to be written first.
     pub(super) fn new(wanted: u64) -> Self {
         Self {
             wanted: AtomicU64::new(wanted),
@@ -26,12 +26,12 @@ impl Exchange {
         }
     }
 
-    /// This alarm is to be written. The older ones need not be.
+    /// Asks for the alarm of this number to be written. Older alarms need not be written any more.
     pub(super) fn want(&self, alarm: u64) {
         self.wanted.store(alarm, Ordering::Release);
     }
 
-    /// The writing thread is to end once the last alarm is written.
+    /// Asks the writing thread to end once the last alarm is written.
     pub(super) fn end(&self) {
         self.ends.store(true, Ordering::Release);
     }
@@ -41,12 +41,12 @@ impl Exchange {
         self.has_failed.load(Ordering::Acquire)
     }
 
-    /// Whether this alarm is on the disk.
+    /// Whether the alarm of this number is on the disk.
     pub(super) fn is_saved(&self, alarm: u64) -> bool {
         self.saved.load(Ordering::Acquire) == alarm
     }
 
-    /// What was on the disk is no longer there.
+    /// Notes that the alarm is no longer on the disk.
     pub(super) fn lose(&self) {
         self.saved.store(UNSAVED, Ordering::Release);
     }

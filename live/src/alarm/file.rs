@@ -41,19 +41,19 @@ pub fn default_folder(variable: impl Fn(&str) -> Option<OsString>) -> Option<Pat
         .or_else(|| folder("HOME").map(|home| home.join(".local/state/tipwatch")))
 }
 
-/// What outlives a session, a restart and a power cut.
+/// State that outlives a session, a restart and a power cut.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Kept {
     /// The latched alarm.
     pub latch: Latch,
-    /// When the mounting, a sign, the order or a scale of a sensor was contradicted last. `None` if it never was.
+    /// Time at which the mounting, a sign, the order or a scale of a sensor was last contradicted; `None` if none ever was.
     pub contradicted: Option<Timestamp>,
     /// The signals that failed visibly, and that nobody trusts yet.
     pub doubted: DoubtedSignals,
 }
 
 impl Kept {
-    /// An alarm alone.
+    /// Returns the state with an alarm alone.
     #[must_use]
     pub fn alarm(latch: Latch) -> Self {
         Self {
@@ -62,14 +62,15 @@ impl Kept {
         }
     }
 
-    /// The same, and the sensors are contradicted at this time.
+    /// Returns the state in which the sensors were contradicted at this time or later.
     #[must_use]
     pub fn contradicted_at(mut self, time: Timestamp) -> Self {
         self.contradicted = self.contradicted.max(Some(to_the_second(time)));
         self
     }
 
-    /// The same, and this signal is doubted, too. Where there is no room for another one, all sensors are contradicted.
+    /// Returns the state with the doubt of this signal added. Where there is no room for another doubt, all sensors count as
+    /// contradicted.
     #[must_use]
     pub fn doubting(mut self, signal: DoubtedSignal) -> Self {
         match self.doubted.push(signal) {
@@ -101,7 +102,7 @@ impl AlarmFile {
         }
     }
 
-    /// The same, of a machine that may have had these identities.
+    /// Returns the file of a machine that may have had these identities before.
     #[must_use]
     pub(super) fn once(mut self, identities: &[String]) -> Self {
         let checksums = identities.iter().map(|it| crc32fast::hash(it.as_bytes()));
@@ -177,7 +178,7 @@ impl AlarmFile {
         self.folder.join(name)
     }
 
-    /// What is in the file; nothing if there is no file.
+    /// Reads the file; without one, the state has no alarm, contradiction or doubt.
     ///
     /// # Errors
     /// The file cannot be read, or is damaged: then nobody knows whether there was an alarm.
@@ -235,7 +236,7 @@ impl AlarmFile {
 pub(super) struct Predecessor {
     pub(super) file: AlarmFile,
     pub(super) kept: Kept,
-    /// Why nobody can tell what was in it.
+    /// Error of reading the file, which then counts as a latched fault; `None` if the file could be read.
     pub(super) damage: Option<io::Error>,
 }
 
@@ -245,7 +246,7 @@ fn hash_of(name: &OsStr) -> Option<u64> {
     u64::from_str_radix(hash.strip_suffix(".txt")?, 16).ok()
 }
 
-/// What stands in an alarm file.
+/// Content of an alarm file.
 #[derive(Debug, Clone, Copy)]
 struct Written {
     machine_hash: u64,
@@ -363,7 +364,7 @@ mod tests {
             .unwrap()
     }
 
-    /// As version 3 wrote it.
+    /// A file as version 3 or 4 wrote it.
     #[test]
     fn file_of_before_is_read() {
         let folder = tempfile::tempdir().unwrap();

@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use anyhow::{Result, bail};
 
-/// How often and after which pauses a lock is tried again.
+/// Number of further attempts to take a lock, and the pause before each.
 const TRIES: u32 = 5;
 const PAUSE: Duration = Duration::from_millis(2);
 

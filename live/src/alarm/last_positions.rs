@@ -1,5 +1,5 @@
-//! Where the joints were when the monitor saw them last: the next session begins near there, or an encoder was set anew or slipped
-//! meanwhile.
+//! Positions of the joints when the monitor last saw them: the next session begins near them, or an encoder was set anew or
+//! slipped meanwhile.
 //!
 //! ```text
 //!     tipwatch-positions 1 MACHINE_HASH BOOT ELSEWHERE_NS SESSION IS_REPLAY JOINT=POSITION@HOST_NS,... CRC32
@@ -18,12 +18,12 @@ use crate::wire::topics::MAX_JOINTS;
 const BEGINNING: &str = "tipwatch-positions 1";
 const BOOT_ID: &str = "/proc/sys/kernel/random/boot_id";
 
-/// When and where a joint was seen last.
+/// Last known position of a joint, with its time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LastPosition {
-    /// By CLOCK_MONOTONIC (ns).
+    /// Time at which the joint was seen (ns), by CLOCK_MONOTONIC.
     pub host_ns: i64,
-    /// In rad or m.
+    /// Position of the joint (rad or m).
     pub position: f64,
 }
 
@@ -32,9 +32,9 @@ pub struct LastPosition {
 pub struct LastPositions {
     /// The session that showed them.
     pub session: u64,
-    /// Whether that replays a log, which the next one does not go on from.
+    /// Whether that session replays a log: the next session does not go on from its positions.
     pub is_replay: bool,
-    /// By joint.
+    /// Last position of each joint; `None` if it is unknown.
     pub joints: [Option<LastPosition>; MAX_JOINTS],
 }
 
@@ -49,8 +49,8 @@ impl Default for LastPositions {
 }
 
 impl LastPositions {
-    /// Those that the machine with this hash has in this folder. None are known if there is no file of this boot: a damaged one tells
-    /// nothing, either.
+    /// Reads the last positions of the machine with this hash from this folder. None are known if there is no file of this boot,
+    /// or if it is damaged.
     #[must_use]
     pub fn read(folder: &Path, machine_hash: u64) -> Self {
         let text = fs::read_to_string(path(folder, machine_hash)).ok();

@@ -19,12 +19,12 @@ use crate::safety_limits::ALARM_SAVE_NS;
 use crate::system::clock::monotonic_ns;
 use crate::system::sync::{Mutex, MutexGuard, PoisonError};
 
-/// How often the thread looks for a changed alarm.
+/// Period at which the thread looks for a changed alarm.
 const LOOK_PERIOD: Duration = Duration::from_millis(2);
-/// How often it checks that the file is still there, and retries after a failure.
+/// Period at which the thread checks that the file is still there, and retries after a failure.
 const CHECK_PERIOD: Duration = Duration::from_secs(1);
 
-/// What the loop and the writing thread share: what is to be written, and its number.
+/// Data that the loop and the writing thread share: the state to write with its number, and the last positions.
 #[derive(Debug)]
 struct Shared {
     exchange: Exchange,
@@ -33,7 +33,7 @@ struct Shared {
 }
 
 impl Shared {
-    /// What is to be written. The writing thread holds it only to copy it.
+    /// Locks the state to write. The writing thread holds the lock only to copy the state.
     fn kept(&self) -> MutexGuard<'_, Kept> {
         // a copy leaves nothing half done
         self.kept.lock().unwrap_or_else(PoisonError::into_inner)
@@ -46,14 +46,14 @@ pub struct AlarmStore {
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
     wanted: Kept,
-    /// Its number among all that was wanted, and whether the thread knows of it.
+    /// Number of `wanted` among all states so far, and whether the thread has got it.
     number: u64,
     is_handed_over: bool,
-    /// When the alarm last changed (ns).
+    /// Time of the last change of the alarm (ns), by CLOCK_MONOTONIC.
     changed_ns: i64,
     /// Whether the folder had no file of the machine.
     is_new: bool,
-    /// No other monitor of the machine has it.
+    /// Lock that keeps other monitors of the machine out of the folder.
     _lock: Option<IdentityLock>,
 }
 
@@ -146,7 +146,7 @@ impl AlarmStore {
         Ok((store, kept))
     }
 
-    /// Keeps this from now on. It neither waits nor allocates.
+    /// Keeps this state from now on. The call neither waits nor allocates.
     pub fn keep(&mut self, kept: &Kept) {
         if *kept != self.wanted {
             self.wanted = *kept;
@@ -164,15 +164,15 @@ impl AlarmStore {
         }
     }
 
-    /// Keeps these positions, within a second. It neither waits nor allocates: while the thread copies those before, it keeps
-    /// nothing, and the next call does.
+    /// Keeps these positions, within a second. The call neither waits nor allocates: while the thread copies those before, it
+    /// keeps nothing, and the next call does.
     pub fn keep_positions(&self, last: &LastPositions) {
         if let Ok(mut slot) = self.shared.positions.try_lock() {
             *slot = *last;
         }
     }
 
-    /// Whether the folder had no file of the machine: it is new there, or what was kept was lost.
+    /// Whether the folder had no file of the machine: the machine is new there, or what was kept was lost.
     #[must_use]
     pub fn is_new(&self) -> bool {
         self.is_new
@@ -296,7 +296,8 @@ fn write(file: &AlarmFile, kept: &Kept, had_failed: bool) -> bool {
     }
 }
 
-/// Of two alarms the higher one, acknowledged if both are; the later contradiction; all doubted signals, each as of later.
+/// Merges two kept states: the higher alarm, acknowledged if both are; the later contradiction; all doubted signals, each as of
+/// later.
 fn worse(a: Kept, b: Kept) -> Kept {
     let is_done = |latch: Latch| latch.level.is_none() || latch.is_acknowledged;
     let level = a.latch.level.max(b.latch.level);
@@ -396,7 +397,7 @@ mod tests {
         assert!(is_new());
     }
 
-    /// What one of two was told to forget, the other would write again.
+    /// Of two stores, one would write again what the other was told to forget.
     // requirement: TW-VERDICT-20
     #[test]
     fn second_store_of_a_machine_is_refused() {
@@ -494,7 +495,7 @@ mod tests {
         assert_eq!(open(folder.path(), 3, "m").1, danger);
     }
 
-    /// What is damaged may have been this machine's alarm; it is another's only if it says so.
+    /// A damaged file may have held this machine's alarm: a file is another machine's only if its content says so.
     // requirement: TW-VERDICT-20
     #[test]
     fn damaged_file_of_before_counts_as_a_latched_fault() {

@@ -15,10 +15,10 @@ use super::output::{
 };
 use crate::node::ServiceAddress;
 
-/// What the verdict becomes.
+/// Outputs of the verdict: messages on DDS, frames on a bus, and commands.
 #[derive(Debug, Clone, Default)]
 pub struct OutputOptions {
-    /// Whether it is published on DDS, if DDS is read.
+    /// Whether the verdict is published on DDS, if DDS is read.
     pub publishes: bool,
     /// The bus for its frames, and their identifier.
     pub can: Option<(String, CanId)>,

@@ -17,7 +17,7 @@ const DEPTH: i32 = 64;
 /// Longest sleep before a signal is looked for.
 const TICK: Duration = Duration::from_millis(20);
 
-/// How a log is played.
+/// Options of playing a log.
 #[derive(Debug, Clone)]
 pub struct PlayOptions {
     /// The log.
@@ -30,7 +30,7 @@ pub struct PlayOptions {
     pub speed: f64,
     /// Time between the announcement of the topics and the first message.
     pub delay: Duration,
-    /// Whether it begins again at the end.
+    /// Whether the log begins again at its end.
     pub repeats: bool,
 }
 
@@ -89,7 +89,7 @@ fn writers(
     Ok(writers)
 }
 
-/// When what was recorded at a time is due.
+/// Schedule of a log that is played: gives the time at which a recorded message is due.
 struct Pace {
     start: Instant,
     first_ns: Option<i64>,

@@ -17,10 +17,10 @@ use crate::system::signals;
 
 /// Longest wait for a message before signals and readers are looked after.
 const TICK: Duration = Duration::from_millis(20);
-/// How long something may be missing before it is told.
+/// Time that something may be missing before it is told.
 const PATIENCE: Duration = Duration::from_secs(3);
 
-/// What the bridge connects.
+/// Options of the bridge: its inputs, its outputs and the clock of the stamps.
 #[derive(Debug, Clone)]
 pub struct BridgeOptions {
     /// The domain of DDS, as `ROS_DOMAIN_ID`.
@@ -33,15 +33,15 @@ pub struct BridgeOptions {
     pub mcap: bool,
     /// Buses.
     pub can: Vec<CanInput>,
-    /// What the verdict becomes.
+    /// Outputs of the verdict.
     pub outputs: OutputOptions,
-    /// What the stamps are.
+    /// Clock of the stamps.
     pub stamps: Stamps,
-    /// How long the first messages may take; `None` for ever.
+    /// Longest wait for messages to which the machine can be bound; `None` for no limit.
     pub wait: Option<Duration>,
 }
 
-/// What became of the messages of all sessions.
+/// Counts of the sessions and of their messages.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct BridgeCounts {
     /// Sessions announced.

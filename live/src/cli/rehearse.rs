@@ -23,9 +23,9 @@ use crate::system::{children, signals};
 const ANALYSIS: &str = "tipwatch";
 /// Time between two looks at the children.
 const LOOK_PERIOD: Duration = Duration::from_millis(10);
-/// How long monitor and recorder may go on after the replay: the end of the session may be lost.
+/// Longest time that monitor and recorder may go on after the replay: the end of the session may be lost.
 const END_LIMIT: Duration = Duration::from_secs(10);
-/// How long the replay waits for both (s).
+/// Time that the replay waits for monitor and recorder (s).
 const WAIT_S: &str = "60";
 
 #[derive(Debug, Args)]
@@ -82,7 +82,7 @@ pub(super) fn run_rehearse(args: &RehearseArgs) -> Result<ExitCode> {
     rehearsal.analyse(&session)
 }
 
-/// How a rehearsal went.
+/// Outcome of the run of a rehearsal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Ran {
     /// The whole log was sent.
@@ -93,7 +93,7 @@ enum Ran {
 
 struct Rehearsal<'a> {
     args: &'a RehearseArgs,
-    /// With a display: what the children have to say, until it is gone.
+    /// Messages of the children, which are shown when the display is gone; `None` without a display.
     messages: Option<File>,
     running: Vec<(&'static str, Child)>,
 }
@@ -250,7 +250,7 @@ impl Rehearsal<'_> {
     }
 }
 
-/// That a child has ended well. What was lost is in the recording, and so in its analysis.
+/// Checks that a child has ended well. Losses are no failure: they are in the recording, and so in its analysis.
 fn require_done(name: &str, status: ExitStatus) -> Result<()> {
     match status.code() {
         Some(code) if code == 0 || code == i32::from(LOST) => Ok(()),

@@ -26,7 +26,7 @@ pub struct ControlProgram<'a> {
     acknowledgements: Receiver<WireAcknowledge>,
     waiter: Waiter,
     host: Host<'a>,
-    /// When the last command was sent without a session (ns).
+    /// Time of the last command that was sent without a session (ns).
     idle_ns: i64,
     counts: SampleCounts,
     follower: SessionFollower<Control>,

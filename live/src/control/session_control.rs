@@ -9,7 +9,7 @@
 //! valves that holds the platform. Danger does not stop the control: that is when it helps. Nor does Assumed: nothing speaks
 //! against the sensors then, and the load guard leaves every wheel at least what locked rods would leave it.
 //!
-//! What is told of the alarm's file is no doubt of what is measured.
+//! A caution about the alarm's file is no doubt about the measurements.
 //!
 //! [`CLOSING_RATE`]: crate::safety_limits::CLOSING_RATE
 
@@ -59,7 +59,7 @@ pub struct Control {
     message: WireCommand,
 }
 
-/// What the control needs of a verdict.
+/// Part of a verdict that the control needs.
 #[derive(Debug, Clone, Copy)]
 struct SeenVerdict {
     permits_motion: bool,
@@ -114,7 +114,7 @@ impl Control {
         })
     }
 
-    /// What became of the samples so far.
+    /// Returns the counts of the samples so far.
     #[must_use]
     pub fn counts(&self) -> SampleCounts {
         self.input.guard.counts()
@@ -144,7 +144,7 @@ impl Control {
         self.is_over = true;
     }
 
-    /// Whether it was ended and the valves are closed.
+    /// Whether the control was ended and the valves are closed.
     #[must_use]
     pub fn is_done(&self) -> bool {
         self.is_over && self.valves.is_closed()
@@ -242,7 +242,7 @@ impl Control {
         Ok(())
     }
 
-    /// One step of the optimiser if it is due, and one of the valve law.
+    /// Makes a step of the optimiser if one is due, and a step of the valve law.
     fn follow(&mut self, measured: &[f64; MAX_ACTUATORS], time_ns: i64, seconds: f64, now_ns: i64) {
         let Some(controller) = &mut self.controller else {
             return;
@@ -282,7 +282,7 @@ impl Control {
         self.solver_holds = false;
     }
 
-    /// Why the valves must not follow now.
+    /// Returns the reasons for which the valves must not follow now; empty if they may follow.
     fn hold_reasons(&self, conditions: Conditions, now_ns: i64) -> HoldReasons {
         let mut reasons = HoldReasons::default();
         let received = self.row_ns.map(|(_, received_ns)| received_ns);
@@ -337,7 +337,8 @@ impl Control {
     }
 }
 
-/// Whether the sensors are doubted, by which the valves would move.
+/// Whether the verdict doubts the sensors by which the valves would move. A caution about the alarm's file alone is no such
+/// doubt.
 fn is_doubted(verdict: &Verdict) -> bool {
     let held = verdict.held;
     let mut cautions = held.cautions.iter();

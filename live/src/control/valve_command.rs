@@ -6,16 +6,16 @@ use crate::safety_limits::{CLOSING_RATE, HEARTBEAT_NS};
 use crate::wire::command::{HoldReason, HoldReasons, Mode, status_number};
 use crate::wire::topics::WireCommand;
 
-/// What the valves do now, and why.
+/// Current command to the valves, with its reasons.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ValveCommand {
     pub(super) mode: Mode,
     pub(super) reasons: HoldReasons,
     /// Opening of each valve, -1 to 1.
     pub(super) opening: [f64; MAX_ACTUATORS],
-    /// When the openings last changed (ns).
+    /// Time of the last change of the openings (ns).
     pub(super) moved_ns: i64,
-    /// Where each rod should be now (m), and how fast it should move (m/s); NaN while valves close.
+    /// Reference stroke (m) and velocity (m/s) of each rod; NaN while valves close.
     pub(super) reference: [f64; MAX_ACTUATORS],
     pub(super) velocity: [f64; MAX_ACTUATORS],
     pub(super) solution: Solution,

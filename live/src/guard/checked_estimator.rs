@@ -23,7 +23,7 @@ pub struct CheckedEstimator {
     joints_lack_a_value: bool,
 }
 
-/// What came of a message.
+/// Result of taking a message.
 #[derive(Debug, Clone, Copy)]
 #[must_use]
 pub enum Step {
@@ -38,13 +38,13 @@ pub enum Step {
 /// A row, but for its state.
 #[derive(Debug, Clone, Copy)]
 pub struct CompletedRow {
-    /// What was wrong with the input since the row before.
+    /// Problems of the input since the row before.
     pub conditions: Conditions,
     /// Sequence number of the sample that completed it.
     pub sample_sequence: u64,
-    /// When that sample was published (ns).
+    /// Publication time of that sample (ns).
     pub sample_published_ns: i64,
-    /// Whether every sample of the joints since the row before had all its values: the state bridges what they lack.
+    /// Whether every sample of the joints since the row before had all its values: the state bridges missing values.
     pub joints_are_measured: bool,
 }
 
@@ -66,7 +66,7 @@ impl CheckedEstimator {
         self.estimator.last()
     }
 
-    /// The same, for what others find in the row.
+    /// Returns the state of the last row, for additions by others.
     pub fn estimate_mut(&mut self) -> &mut Estimate {
         self.estimator.last_mut()
     }
@@ -83,13 +83,13 @@ impl CheckedEstimator {
         self.estimator.is_contradicted()
     }
 
-    /// Whether it was contradicted in this session.
+    /// Whether the mounting, a sign, the order or a scale of a sensor was contradicted in this session.
     #[must_use]
     pub fn has_found_contradiction(&self) -> bool {
         self.estimator.has_found_contradiction()
     }
 
-    /// It was contradicted in a session before.
+    /// Notes that the mounting, a sign, the order or a scale of a sensor was contradicted in a session before.
     pub fn remember_contradiction(&mut self) {
         self.estimator.remember_contradiction();
     }
@@ -109,7 +109,8 @@ impl CheckedEstimator {
         self.estimator.remember_position(at);
     }
 
-    /// Where the joints are, as far as that is known, and when that was measured (ns), by CLOCK_MONOTONIC; none in an untimed session.
+    /// Returns the known positions of the joints, each with the time of its measurement (ns), by CLOCK_MONOTONIC; none in an
+    /// untimed session.
     pub fn known_positions(&self) -> impl Iterator<Item = (i64, KnownPosition)> {
         self.estimator.known_positions().filter_map(|at| {
             let measured_ns = self.guard.measured_ns(at.stamp_ns)?;

@@ -21,17 +21,16 @@ use crate::wire::topics::{Wire, WireSample};
 pub struct Guard {
     session: u64,
     machine_hash: u64,
-    /// Where the sensors' clock stands, and how many times as fast as real time it runs; `None` where real time
-    /// is not checked.
+    /// Offset of the sensors' clock, and its speed relative to real time; `None` where real time is not checked.
     clock: Option<(StampClock, f64)>,
-    /// By how much that clock has drifted since.
+    /// Drift of that clock since.
     drift: ClockDrift,
     /// The longest gap that the estimator bridges (ns).
     max_gap_ns: i64,
     started_ns: i64,
-    /// When the last sample was received (ns).
+    /// Time at which the last sample was received (ns).
     received_ns: i64,
-    /// Its stamp (ns).
+    /// Stamp of the last sample (ns).
     stamp_ns: Option<i64>,
     next_sequence: Option<u64>,
     /// Start of the current loss window (ns), and the samples lost since.
@@ -42,7 +41,7 @@ pub struct Guard {
     has_imu: bool,
     watches: Vec<SensorWatch>,
     counts: SampleCounts,
-    /// Found since the last row, and reported with the next one.
+    /// Problems found since the last row, which are reported with the next one.
     found: Conditions,
 }
 
@@ -50,7 +49,7 @@ pub struct Guard {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Refused;
 
-/// Why a message is not used.
+/// Reason for which a message is not used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Rejection {
     Bad,
@@ -88,13 +87,13 @@ impl<'a> AdmittedSample<'a> {
 #[must_use]
 pub struct AssessedSample(Origin);
 
-/// Where an admitted sample came from.
+/// Origin of an admitted sample: the watch of its sensor, and its times (ns).
 #[derive(Debug, Clone, Copy)]
 struct Origin {
     watch: usize,
     published_ns: i64,
     received_ns: i64,
-    /// Whether it was measured too long before its publication to make its sensor fresh.
+    /// Whether the sample was measured too long before its publication to make its sensor fresh.
     is_stale: bool,
 }
 
@@ -127,7 +126,7 @@ impl Guard {
         }
     }
 
-    /// What became of the samples so far.
+    /// Returns the counts of the samples so far.
     #[must_use]
     pub fn counts(&self) -> SampleCounts {
         self.counts
@@ -361,7 +360,7 @@ impl Guard {
         Some(self.stamp_ns?.saturating_add(silence_ns))
     }
 
-    /// When something with this stamp was measured (ns), by CLOCK_MONOTONIC; `None` where that is not checked.
+    /// Converts a stamp to the time of its measurement (ns) by CLOCK_MONOTONIC; `None` where real time is not checked.
     #[must_use]
     pub fn measured_ns(&self, stamp_ns: i64) -> Option<i64> {
         let (clock, pace) = self.clock?;
@@ -412,8 +411,8 @@ fn is_time(stamp_ns: i64) -> bool {
     stamp_ns != 0 && i32::try_from(stamp_ns.div_euclid(1_000_000_000)).is_ok()
 }
 
-/// What the findings on a sample mean: a fault where they invalidate rows, otherwise a caution, unless the
-/// machine file wants them reported offline only.
+/// Converts the findings on a sample: to faults where they invalidate rows, otherwise to cautions, unless the machine file wants
+/// them reported offline only.
 fn meaning(findings: &[Finding], has_imu: bool) -> Conditions {
     let mut conditions = Conditions::default();
     // A contradiction is a doubt on rows, which their reasons carry; an outlier is bridged.

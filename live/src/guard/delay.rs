@@ -15,7 +15,7 @@ use crate::safety_limits::{
 /// Fewest samples of a window whose smallest delay is that of its sensor.
 const FEWEST_OF_A_WINDOW: u32 = 5;
 
-/// What a delay means.
+/// Judgement of a delay.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Delay {
     InTime,
@@ -26,7 +26,7 @@ pub(super) enum Delay {
 }
 
 impl Delay {
-    /// What this delay (ns) means to an estimator with this longest gap (ns).
+    /// Judges a delay (ns) for an estimator that bridges gaps up to `max_gap_ns`.
     pub(super) fn of(delay_ns: i64, max_gap_ns: i64) -> Self {
         match delay_ns {
             ..0 if delay_ns < -MAX_STAMP_LEAD_NS => Self::Ahead,
@@ -46,7 +46,7 @@ pub(super) struct DriftWatch {
     first_ns: Option<i64>,
     /// Samples of the first window.
     first_count: u32,
-    /// Whether that of the last complete window is too far from it.
+    /// Whether the smallest delay of the last complete window is too far from that of the first.
     drifts: bool,
 }
 
@@ -65,8 +65,8 @@ impl DriftWatch {
         self.drifts
     }
 
-    /// How much longer a delay is than the smallest of the first window (ns); `None` before that is complete, and where it had too
-    /// few samples for a smallest delay that others are not below.
+    /// Returns by how much a delay exceeds the smallest one of the first window (ns); `None` before that window is complete, and
+    /// where it had too few samples to find the smallest delay of the sensor.
     pub(super) fn excess_ns(&self, delay_ns: i64) -> Option<i64> {
         let first_ns = self
             .first_ns
@@ -78,22 +78,22 @@ impl DriftWatch {
 /// Follows the clock of the stamps, which all sensors of a session share, as it drifts away from this computer's.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct ClockDrift {
-    /// By how much delays have grown by it (ns); negative if the stamps run fast.
+    /// Growth of the delays by the drift (ns); negative if the stamps run fast.
     drift_ns: i64,
     /// Begin and last publication of the window (ns), and the smallest excess of a delay in it (ns).
     window: Option<(i64, i64, i64)>,
     /// Last publication of the window before (ns).
     followed_ns: Option<i64>,
-    /// How far it may be followed now (ns): what the clocks may have drifted since they were found to agree.
+    /// Largest step by which the drift may be followed now (ns): what the clocks may have drifted since they were found to agree.
     reach_ns: f64,
-    /// What they may have drifted before the first sample that is seen here (ns).
+    /// Largest drift of the clocks before the first sample that is seen here (ns).
     before_ns: i64,
     /// End of the first window (publication time, ns) and the smallest delay in it (ns).
     first: Option<(i64, i64)>,
 }
 
 impl ClockDrift {
-    /// Of a session whose clocks agreed so long ago (ns).
+    /// Creates the drift of a session whose clocks agreed this time ago (ns).
     pub(super) fn since(agreed_ns: i64) -> Self {
         Self {
             before_ns: (agreed_ns.max(0) as f64 * MAX_CLOCK_DRIFT) as i64,
@@ -152,7 +152,7 @@ mod tests {
 
     const MS: i64 = 1_000_000;
 
-    /// When stamps that run at this speed are found (s), at 100 samples a second whose delays vary.
+    /// Returns the time (s) after which stamps that run at this speed are found, at 100 samples a second whose delays vary.
     fn found_after_s(speed: f64) -> Option<f64> {
         let mut watch = DriftWatch::default();
         let found = (0..6000_i64).find(|sample| {
@@ -174,8 +174,9 @@ mod tests {
         }
     }
 
-    /// What two sensors show that publish ten times a second for so long (s): after what time (s) the first of them is found to
-    /// drift or to be measured after its publication, and its largest delay without drift (ns). Delays by time (s).
+    /// Simulates two sensors that publish ten times a second for `seconds`, with these delays (ns) as functions of time (s).
+    /// Returns the time (s) at which the first of them is found to drift or not to be in time, and its largest delay without
+    /// drift (ns).
     fn followed(seconds: i64, delays_ns: [&dyn Fn(f64) -> f64; 2]) -> (Option<f64>, i64) {
         let (mut clock, mut watches) = (ClockDrift::default(), [DriftWatch::default(); 2]);
         let (mut found, mut largest_ns) = (None, 0);

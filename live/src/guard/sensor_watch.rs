@@ -1,4 +1,4 @@
-//! What is known of one sensor's samples: its clock, its period and its consecutive failures.
+//! Record of one sensor's samples: its clock, its period and its consecutive failures.
 
 use tipwatch_mechanics::state::{NumberKind, Sensor, Sensors};
 
@@ -7,10 +7,10 @@ use crate::safety_limits::{
     LATE_PERIODS, MAX_AUXILIARY_AGE_NS, MIN_LATE_NS, MIN_STALE_NS, STALE_PERIODS,
 };
 
-/// How much of a new interval goes into a sensor's mean period.
+/// Weight of a new interval in a sensor's mean period.
 const PERIOD_SHARE: f64 = 0.05;
 
-/// How old a sensor's last good sample is, by its own period.
+/// Age of a sensor's last good sample, relative to the sensor's own period.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Age {
     Fresh,
@@ -80,13 +80,15 @@ impl SensorWatch {
         self.fresh_ns = Some(published_ns);
     }
 
-    /// Whether the verdict rests on it. What is not asked of a joint is not known, and the joint is predicted to go on.
+    /// Whether the verdict needs the sensor. It does not need the command of a joint: without one, the joint is predicted to go
+    /// on.
     pub(super) fn is_required(&self) -> bool {
         !matches!(self.sensor, Sensor::Number(NumberKind::Command, _))
     }
 
-    /// What an age (ns) means for a sensor of this period. A switch may be sent when it changes, and is too old by its own limit
-    /// in the machine file: then the supports are unknown. So is a mass, and then the loads are unknown. A command that is not sent is not known.
+    /// Judges the age (ns) of the last good sample by the sensor's period. Switches, payload masses and commands always count as
+    /// fresh here. A switch or a mass may be sent only when it changes, and is too old by its own limit in the machine file: then
+    /// the supports or the loads are unknown. A command that is not sent is unknown.
     pub(super) fn age(&self, age_ns: i64) -> Age {
         if matches!(
             self.sensor,

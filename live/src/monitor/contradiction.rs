@@ -1,4 +1,4 @@
-//! Which commissioning overrules a contradiction of the sensors that was found before.
+//! Rules by which a commissioning overrules an earlier contradiction of the sensors.
 
 use jiff::Timestamp;
 use tipwatch_binding::Commissioning;
@@ -9,7 +9,7 @@ use tipwatch_mechanics::machine::{Proof, Proofs};
 use super::session_monitor::of_shared_places;
 use crate::system::clock::knows_the_day;
 
-/// Why a contradiction stands.
+/// Reason for which a contradiction stands in spite of a commissioning.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Stands {
     /// There is no commissioning.
@@ -27,7 +27,7 @@ pub enum Stands {
     /// The sensors' clock is wrong.
     #[error("the drive of the bound commissioning begins in the future, at {0}")]
     DriveAhead(Timestamp),
-    /// It shows too little.
+    /// The commissioning shows too little.
     #[error("the bound commissioning has not proven: {0}")]
     NotProven(String),
     /// A joint that has jumped: its sign and scale are what they were.
@@ -35,8 +35,8 @@ pub enum Stands {
     NoZeroChecked,
 }
 
-/// Whether a commissioning overrules a contradiction of this time: its drive must have begun later, and have proven every signal
-/// that the loads hang on. Which of them was contradicted is not kept, and one wrong sensor can make another look wrong.
+/// Checks that a commissioning overrules a contradiction of this time: its drive must have begun later, and have proven every
+/// signal that the loads hang on. Which of them was contradicted is not kept, and one wrong sensor can make another look wrong.
 ///
 /// # Errors
 /// The contradiction stands.
@@ -54,8 +54,10 @@ pub fn overrules(
     if begins > Timestamp::now() {
         return Err(Stands::DriveAhead(begins));
     }
-    let shared = of_shared_places(machine.joints().len());
-    let open = needed.without(commissioning.proven(machine));
+    let joints = machine.joints().len();
+    let shared = of_shared_places(joints);
+    // a joint that it has proven at no position is not proven
+    let open = needed.without(commissioning.proven(machine).somewhere(joints));
     let mut open = open.with(needed.shared_with(shared));
     // no drive shows the ground that comes
     open.remove(Proof::Ground);
@@ -65,9 +67,9 @@ pub fn overrules(
     }
 }
 
-/// Whether a commissioning overrules the doubt of a signal that has failed visibly at this time. Of the specific force it has shown
-/// mounting and scale, of a joint that had stopped that it is measured again. The zero of a joint it has not, which is what is wrong
-/// after a jump.
+/// Checks that a commissioning overrules the doubt of a signal that failed visibly at this time. A commissioning shows the
+/// mounting and scale of the specific force, and that a joint whose encoder had stopped is measured again. It does not show the
+/// zero of a joint, which is wrong after a jump.
 ///
 /// # Errors
 /// The doubt stands.
@@ -88,7 +90,8 @@ pub(super) fn overrules_doubt(
     }
 }
 
-/// When its drive began; `None` where it does not say so, or by a clock that does not know the time of day.
+/// Returns the time at which the drive of a commissioning began; `None` where the commissioning does not state it, or states it
+/// by a clock that does not know the time of day.
 pub(super) fn recorded_from(commissioning: &Commissioning) -> Option<Timestamp> {
     let stamp_ns = commissioning.recorded_from_ns?;
     let begins = Timestamp::from_nanosecond(stamp_ns.into()).ok()?;

@@ -18,7 +18,7 @@ pub(super) struct Ground {
     set: Option<GroundSet>,
     /// The last set on which it cannot.
     impossible: Option<GroundSet>,
-    /// Why the supports are unknown now.
+    /// Reason for which the supports are unknown now; `None` if they are known.
     unknown: Option<GroundUnknown>,
 }
 

@@ -1,4 +1,4 @@
-//! What happens beside the monitor's loop: verdicts are printed, and housekeeping learns of every cycle.
+//! Observers of the monitor's loop: they print verdicts, and report every cycle to housekeeping.
 
 use anyhow::Result;
 
@@ -23,7 +23,7 @@ pub trait Observer {
     /// A cycle is complete.
     fn cycle(&mut self) {}
 
-    /// Whether the loop is to go on.
+    /// Whether the monitor's loop is to go on.
     fn wants_more(&self) -> bool {
         true
     }
@@ -58,9 +58,9 @@ impl ProgramObserver {
 }
 
 impl Observer for ProgramObserver {
-    fn session(&mut self, monitor: &Monitor, session: &Session) -> Result<()> {
+    fn session(&mut self, monitor: &Monitor, _: &Session) -> Result<()> {
         match &self.printing {
-            Some(printing) => printing.set_machine(monitor.machine(), session.id),
+            Some(printing) => printing.set_machine(monitor),
             None => Ok(()),
         }
     }

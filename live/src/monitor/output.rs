@@ -61,7 +61,7 @@ use crate::wire::topics::{EVENT_ROW, WireVerdict};
 /// Text is thinned out to one line in this time of the rows' clock (ns).
 const LINE_PERIOD_NS: u64 = 200_000_000;
 
-/// How verdicts are printed.
+/// Format in which verdicts are printed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     /// Every row as JSON.
@@ -328,7 +328,7 @@ impl Serialize for ByWheel<'_> {
     }
 }
 
-/// What is ahead, by law.
+/// Predictions of a verdict, by assumed motion.
 struct PredictedOf<'a>(&'a Line<'a>);
 
 impl Serialize for PredictedOf<'_> {

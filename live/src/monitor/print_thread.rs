@@ -7,9 +7,9 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use anyhow::Result;
-use tipwatch_mechanics::Machine;
 
 use super::output::{Format, Printer};
+use super::session_monitor::Monitor;
 use crate::wire::names::Names;
 use crate::wire::topics::{WireMachine, WireVerdict};
 
@@ -74,8 +74,9 @@ impl PrintThread {
     ///
     /// # Errors
     /// A name is too long for the wire.
-    pub(super) fn set_machine(&self, machine: &Machine, session: u64) -> Result<()> {
-        let names = Names::try_from(&WireMachine::new(machine, session)?)?;
+    pub(super) fn set_machine(&self, monitor: &Monitor) -> Result<()> {
+        let wire = WireMachine::new(monitor.machine(), monitor.session())?;
+        let names = Names::try_from(&wire.commissioned(monitor.commissioning()))?;
         // all sessions are of one machine
         let _ = self.shared.names.set(names);
         Ok(())

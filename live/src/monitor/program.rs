@@ -7,7 +7,7 @@ use jiff::Timestamp;
 use tipwatch_binding::{Commissioning, MachineFile, Urdf};
 use tipwatch_mechanics::Machine;
 use tipwatch_mechanics::estimation::plausibility::{KnownPosition, SignalDoubt};
-use tipwatch_mechanics::machine::{Proof, Proofs};
+use tipwatch_mechanics::machine::{Commissioned, Proof, Proofs};
 use tipwatch_mechanics::verdict::{
     Conditions, HeldProblems, InputFault, InputFaults, Level, Verdict,
 };
@@ -36,12 +36,12 @@ use crate::wire::topics::{
     WireAcknowledge, WireMachine, WireRefusal, WireSample, WireSession, WireVerdict,
 };
 
-/// How a monitor runs.
+/// Options of a monitor.
 #[derive(Debug, Clone, Copy)]
 pub struct MonitorOptions<'a> {
-    /// How it follows sessions.
+    /// Options of the loop that follows sessions.
     pub running: LoopOptions,
-    /// Whether it follows sessions whose clock is unrelated to real time.
+    /// Policy for sessions whose clock is unrelated to real time.
     pub untimed: Untimed,
     /// The folder for latched alarms.
     pub state: &'a Path,
@@ -61,7 +61,7 @@ pub struct MonitorProgram<'a> {
     follower: SessionFollower<Monitor>,
     /// The latched alarm, and the time of the last contradiction.
     kept: Kept,
-    /// Where the joints were seen last.
+    /// Last known positions of the joints.
     positions: LastPositions,
     /// The session whose own contradiction is kept.
     contradicted_session: Option<u64>,
@@ -127,7 +127,7 @@ impl Cycle<'_, '_> {
         }
     }
 
-    /// Where joints of a session were before it, by its clock. A replay goes on from nothing but itself.
+    /// Returns the positions of the joints before a session, by the session's clock. A replay goes on from nothing but itself.
     fn known_positions(&self, session: &Session, measured: Proofs) -> Vec<KnownPosition> {
         let last = &self.positions;
         let is_another = last.session != session.id;
@@ -187,7 +187,8 @@ impl Cycle<'_, '_> {
         }
     }
 
-    /// What is kept, and this doubt, since when it was kept `before`.
+    /// Returns the kept state with this doubt added. A doubt that is in `before` keeps its time; one that differs from it has
+    /// failed again.
     fn doubting(
         &mut self,
         before: &DoubtedSignals,
@@ -199,7 +200,9 @@ impl Cycle<'_, '_> {
         };
         let before = before.find(&name);
         // the mean of a specific force goes on changing: what was found first suffices
-        let known = before.filter(|it| it.by == doubt.by || doubt.signal == Proof::SpecificForce);
+        let is_of_kind = |it: &&DoubtedSignal| (it.moved < 0.0) == (doubt.moved < 0.0);
+        let known = before.filter(is_of_kind);
+        let known = known.filter(|it| it.by == doubt.by || doubt.signal == Proof::SpecificForce);
         if before.is_some() && known.is_none() {
             let (_, next) = self.outputs.verdicts.next();
             self.outputs.alarm.fails_again(doubt.signal, next);
@@ -260,15 +263,18 @@ impl Cycle<'_, '_> {
         let (session, machine, sensors) = open_session(announced, file, urdf, untimed)?;
         let doubts = self.inherited_doubts(&machine, measured(&sensors));
         let positions = self.known_positions(&session, measured(&sensors));
+        let commissioned = commissioning.map_or(Commissioned::NONE, |commissioning| {
+            commissioning.proven(&machine)
+        });
         let mut message = WireMachine::new(&machine, session.id)?
             .doubting(&doubts)
-            .knowing(&positions);
+            .knowing(&positions)
+            .commissioned(&commissioned);
         if let Some(fingerprint) = fingerprint {
             fingerprint.write_to(&mut message)?;
         }
         self.outputs.machines.send(&mut message)?;
         let now_ns = self.outputs.verdicts.now_ns();
-        let commissioned = commissioning.map_or(Proofs::NONE, |it| it.proven(&machine));
         let needed = machine.needed_proofs(&sensors);
         let contradicted = self.kept.contradicted.map(|time| {
             let stands = overrules(commissioning, time, needed, &machine).err();
@@ -520,11 +526,15 @@ impl<'a> MonitorProgram<'a> {
 /// Tells which signal a session begins by doubting, and what would end that.
 fn tell_doubt(signal: &DoubtedSignal, stands: &Stands) {
     let DoubtedSignal {
-        name, by, since, ..
+        name,
+        by,
+        moved,
+        since,
     } = signal;
-    let failure = match *by == 0.0 {
-        true => "not been measured".into(),
-        false => format!("been off by {by}"),
+    let failure = match (*by == 0.0, *moved < 0.0) {
+        (true, true) => "been contradicted as stopped by the lean of the platform".into(),
+        (true, false) => "not been measured".into(),
+        (false, _) => format!("been off by {by}"),
     };
     eprintln!(
         "monitor: {name} has {failure} since {since}, and stays doubted: {stands}. Mend it, and acknowledge it: tipwatch-live \

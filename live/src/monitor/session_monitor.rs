@@ -2,7 +2,8 @@
 
 use tipwatch_mechanics::Machine;
 use tipwatch_mechanics::estimation::plausibility::{Excitation, KnownPosition, SignalDoubt};
-use tipwatch_mechanics::machine::{Proof, Proofs, SessionProofs};
+use tipwatch_mechanics::geometry::coordinate::Motion;
+use tipwatch_mechanics::machine::{Commissioned, Proof, Proofs, SessionProofs};
 use tipwatch_mechanics::prediction::PacedPredictor;
 use tipwatch_mechanics::state::Sensors;
 use tipwatch_mechanics::studies::measured_loads::LoadWatch;
@@ -27,11 +28,11 @@ pub struct Monitor {
     loads: Option<LoadWatch>,
     judge: Judge,
     predictor: PacedPredictor,
-    /// What the motion of the session has tested.
+    /// Excitation by the motion of the session: the sensor errors that it would have shown.
     excitation: Excitation,
-    /// What the loads hang on, and what a commissioning has proven.
+    /// Proofs that the loads depend on, and those that a commissioning has given.
     needed: Proofs,
-    commissioned: Proofs,
+    commissioned: Commissioned,
     /// The joints and the specific force that this session measures.
     measured: Proofs,
     is_acknowledged: bool,
@@ -72,7 +73,7 @@ impl Monitor {
         message.untimed = u32::from(!input.guard.is_timed());
         Self {
             needed: machine.needed_proofs(sensors),
-            commissioned: Proofs::NONE,
+            commissioned: Commissioned::NONE,
             session: session.id,
             is_replay: session.total_samples != 0,
             ground: Ground::new(&machine, &mut message),
@@ -97,12 +98,18 @@ impl Monitor {
 
     /// A commissioning has proven this.
     #[must_use]
-    pub fn commissioned(mut self, proven: Proofs) -> Self {
+    pub fn commissioned(mut self, proven: Commissioned) -> Self {
         self.commissioned = proven;
         self
     }
 
-    /// What became of the samples so far.
+    /// Returns the proofs that a commissioning has given, with the joint positions for which they hold.
+    #[must_use]
+    pub fn commissioning(&self) -> &Commissioned {
+        &self.commissioned
+    }
+
+    /// Returns the counts of the samples so far.
     #[must_use]
     pub fn counts(&self) -> SampleCounts {
         self.input.guard.counts()
@@ -155,13 +162,13 @@ impl Monitor {
         self.input.is_contradicted()
     }
 
-    /// Whether it was contradicted in this session.
+    /// Whether the mounting, a sign, the order or a scale of a sensor was contradicted in this session.
     #[must_use]
     pub fn has_found_contradiction(&self) -> bool {
         self.input.has_found_contradiction()
     }
 
-    /// It was contradicted in a session before, and the machine was not commissioned since.
+    /// Notes that a sensor was contradicted in a session before, and that the machine was not commissioned since.
     pub fn remember_contradiction(&mut self) {
         self.input.remember_contradiction();
         self.message.inherited_contradiction = 1;
@@ -182,12 +189,12 @@ impl Monitor {
         self.input.remember_position(at);
     }
 
-    /// Where the joints are, see [`CheckedEstimator::known_positions`].
+    /// Returns the known positions of the joints, see [`CheckedEstimator::known_positions`].
     pub fn known_positions(&self) -> impl Iterator<Item = (i64, KnownPosition)> {
         self.input.known_positions()
     }
 
-    /// Whether the session replays a log: it knows when it ends.
+    /// Whether the session replays a log: its number of samples is known.
     #[must_use]
     pub fn is_replay(&self) -> bool {
         self.is_replay
@@ -244,7 +251,7 @@ impl Monitor {
         }
         let estimate = self.input.estimate();
         let time_ns = estimate.time_ns;
-        let unproven = self.unproven(estimate.shown);
+        let unproven = self.unproven(estimate.shown, &estimate.state.joints);
         let loads = (self.ground).row(time_ns, &estimate.state, estimate.reasons);
         let (outcome, reasons) = (loads.outcome, loads.reasons);
         let utilisation = outcome.map_or(f64::NAN, |outcome| outcome.uncertainty.utilisation);
@@ -291,10 +298,11 @@ impl Monitor {
         );
     }
 
-    /// What is not proven of what the loads hang on. Of joints that share a place it is not known which was proven.
-    fn unproven(&self, shown: SessionProofs) -> Proofs {
+    /// Returns the proofs that the loads depend on and that are still missing. Joints that share a place all count as unproven:
+    /// it is not known which of them was proven.
+    fn unproven(&self, shown: SessionProofs, joints: &[Motion<f64>]) -> Proofs {
         let shared = of_shared_places(self.machine.joints().len());
-        let unproven = shown.unproven(self.needed, self.commissioned);
+        let unproven = shown.unproven(self.needed, self.commissioned.at(joints));
         unproven.with(self.needed.shared_with(shared))
     }
 

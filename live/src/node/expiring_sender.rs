@@ -63,7 +63,7 @@ impl<'a, T: Expiring> ExpiringSender<'a, T> {
         now_ns
     }
 
-    /// Whether every message was sent.
+    /// Checks that every message since the last check was sent.
     ///
     /// # Errors
     /// The shared memory has failed.

@@ -1,4 +1,4 @@
-//! What all ports share of iceoryx2: the service type and its errors.
+//! Parts of iceoryx2 that all ports share: the service type and its errors.
 
 use std::fmt::Debug;
 

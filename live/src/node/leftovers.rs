@@ -15,10 +15,10 @@ use std::time::{Duration, Instant};
 use iceoryx2::node::NodeView;
 use iceoryx2::prelude::*;
 
-/// What is younger may still be in the hands of another process.
+/// Least age of files that may be removed: a younger one may still be in the hands of another process.
 const MIN_AGE: Duration = Duration::from_secs(2);
 
-/// Where Linux keeps the shared memory that has a name.
+/// Folder in which Linux keeps named shared memory.
 pub(super) const SHARED_MEMORY: &str = "/dev/shm";
 
 /// Waits until all shared memory of this prefix has a size or is removed: at most as long as it counts as young.
@@ -88,7 +88,8 @@ fn remove(folder: &Path, prefix: &str, id: u128) -> bool {
     files.iter().all(|file| fs::remove_file(file).is_ok())
 }
 
-/// Whether it was changed a moment ago. What was changed in the future is old: the clock was set back since.
+/// Whether a file was changed less than `MIN_AGE` ago. One that was changed in the future counts as old: the clock was set back
+/// since.
 fn is_young(file: &Metadata) -> bool {
     let age = file.modified().map(|changed| changed.elapsed());
     age.is_ok_and(|age| age.is_ok_and(|age| age < MIN_AGE))

@@ -22,12 +22,12 @@ use crate::wire::topics::{
     SAFE_OVERFLOW, Topic,
 };
 
-/// How long a writer waits for the slot of one that has died.
+/// Longest wait of a writer for the slot of one that has died.
 const DEAD_WRITER_LIMIT: Duration = Duration::from_secs(1);
 
-/// How long a program whose place is kept waits for it, where readers that are not of Tipwatch hold all places.
+/// Longest wait of a program for the place that is kept for it, where readers that are not of Tipwatch hold all places.
 const NO_PLACE_LIMIT: Duration = Duration::from_secs(5);
-/// How often a reader is refused in a row though a place is free, before that has another cause.
+/// Consecutive refusals of a reader though a place is free, after which the refusal has another cause.
 const TRIES_THOUGH_FREE: u32 = 5;
 
 /// Roles for which the last places of readers are kept.
@@ -53,7 +53,7 @@ pub struct ServiceAddress {
 pub struct LiveNode {
     node: Node<ipc::Service>,
     address: ServiceAddress,
-    /// Whether the last places of readers are kept for it.
+    /// Whether the last places of readers are kept for this process.
     has_place: bool,
 }
 
@@ -145,7 +145,8 @@ impl LiveNode {
         Ok(sender)
     }
 
-    /// The same; `None`, which is told, for a program whose place is kept where writers that are not of Tipwatch hold all places.
+    /// Returns a sender, as [`Self::sender`]; `None`, which is told, for a program whose place is kept, where writers that are
+    /// not of Tipwatch hold all places.
     ///
     /// # Errors
     /// As of [`Self::sender`].

@@ -49,7 +49,7 @@ impl ServiceAddress {
         }
     }
 
-    /// Whether a monitor of this machine sends verdicts there: it does so in every heartbeat.
+    /// Whether a monitor of this machine sends verdicts at this address, as it does in every heartbeat.
     fn sends_verdicts_of(&self, machine_hash: u64, role: &str) -> Result<bool> {
         let node = LiveNode::new(self, role)?;
         let verdicts = node.receiver::<WireVerdict>()?;

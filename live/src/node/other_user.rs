@@ -1,4 +1,4 @@
-//! Whether the shared memory belongs to another user: iceoryx2 calls that an internal error.
+//! Recognition of shared memory that belongs to another user: iceoryx2 reports it as an internal error.
 
 use std::fs::{self, Metadata};
 use std::os::unix::fs::MetadataExt;

@@ -69,7 +69,7 @@ impl Producer {
         self.samples.readers()
     }
 
-    /// How many samples the slowest reader lags behind; `None` if a reader has not reported yet.
+    /// Returns the number of samples that the slowest reader lags behind; `None` if a reader has not reported yet.
     ///
     /// # Errors
     /// The shared memory fails.
@@ -77,7 +77,8 @@ impl Producer {
         self.backlog_of(self.samples.sequence())
     }
 
-    /// The same for a producer that numbers its samples itself: how many it has sent.
+    /// Returns the same as [`Self::backlog`] for a producer that numbers its samples itself; `sent` is the number of samples
+    /// sent.
     ///
     /// # Errors
     /// The shared memory fails.
@@ -87,7 +88,7 @@ impl Producer {
         Ok(slowest.map(|next| sent.saturating_sub(next)))
     }
 
-    /// How many readers, which may be gone since, have taken all samples.
+    /// Returns the number of readers that have taken all samples; some of them may be gone since.
     ///
     /// # Errors
     /// The shared memory fails.

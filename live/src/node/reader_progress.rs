@@ -15,7 +15,7 @@ pub const NOTHING_YET: u64 = u64::MAX;
 pub struct ReaderProgress {
     reports: Receiver<WireProgress>,
     session: u64,
-    /// By reader: the sequence number that it expects next.
+    /// Sequence number that each reader expects next, by the reader's identity.
     next: BTreeMap<u128, u64>,
 }
 
@@ -53,7 +53,7 @@ impl ReaderProgress {
         Ok(())
     }
 
-    /// How many readers, which may be gone since, have taken all samples before this sequence number.
+    /// Returns the number of readers that have taken all samples before this sequence number; some of them may be gone since.
     #[must_use]
     pub fn that_reached(&self, sequence: u64) -> usize {
         let reached = self.next.values().filter(|next| **next >= sequence);

@@ -13,11 +13,11 @@ use anyhow::{Context, Result};
 use super::leftovers::files;
 use crate::wire::topics::{MAX_BORROWED, MAX_READERS, Topic};
 
-/// For a process that joins, or a port without messages of its own, with its connections (bytes).
+/// Shared memory of a process that joins, or of a port without messages of its own, with its connections (bytes).
 pub(super) const PORT_BYTES: u64 = 128 << 10;
-/// What iceoryx2 adds to a message, at most (bytes).
+/// Most that iceoryx2 adds to a message (bytes).
 const HEADER_BYTES: usize = 256;
-/// What it adds to each place for a message, at most, in a list of the free places (bytes).
+/// Most that iceoryx2 adds to each place for a message, in a list of the free places (bytes).
 const PLACE_BYTES: usize = 8;
 /// Messages that a writer has in its hands.
 const LOANED: usize = 2;
@@ -30,24 +30,24 @@ const LOANED: usize = 2;
     .folder.display(), .needed >> 10, .free >> 10
 )]
 pub struct NoRoom {
-    /// Where it would be.
+    /// Folder of the shared memory.
     pub folder: PathBuf,
-    /// What was needed (bytes).
+    /// Needed size (bytes).
     pub needed: u64,
-    /// What is free (bytes).
+    /// Free size (bytes).
     pub free: u64,
 }
 
-/// What a writer of these messages may ever touch (bytes). iceoryx2 has places for as many messages as if no two readers had
-/// the same one before them. But a full queue drops its oldest message, so all queues together never hold more than the
-/// latest ones that fit into one of them; and the place that was free last is taken first.
+/// Returns the most shared memory that a writer of these messages may ever touch (bytes). iceoryx2 has places for as many
+/// messages as if no two readers had the same one before them. But a full queue drops its oldest message, so all queues together
+/// never hold more than the latest ones that fit into one of them; and the place that was free last is taken first.
 pub(super) const fn of_writer<T: Topic>() -> u64 {
     let at_once = T::QUEUE + MAX_READERS * MAX_BORROWED + T::HISTORY + LOANED;
     let places = MAX_READERS * (T::QUEUE + MAX_BORROWED) + T::HISTORY + LOANED;
     (at_once * (size_of::<T>() + HEADER_BYTES) + places * PLACE_BYTES) as u64 + PORT_BYTES
 }
 
-/// That so many bytes are free.
+/// Checks that so many bytes are free in a folder.
 ///
 /// # Errors
 /// They are not.

@@ -11,7 +11,7 @@ use crate::wire::topics::{Wire, WireSample, WireSession};
 
 /// A program that follows sessions.
 pub trait SessionHost {
-    /// What the program keeps of the session that it follows.
+    /// State that the program keeps of the session that it follows.
     type Session;
 
     /// The identity of a session.
@@ -88,8 +88,9 @@ impl<S> SessionFollower<S> {
         self.unannounced
     }
 
-    /// Whether nothing waited when a sample was last asked for, and the session, which goes on, had no producer any more:
-    /// it was killed, or its end was sent before this reader joined. Dead ones count until they are removed.
+    /// Whether the session that is followed has lost its producer: when a sample was last asked for, none waited and no producer
+    /// was left. The producer was killed, or it sent the end of the session before this reader joined. Dead producers count as
+    /// present until they are removed.
     #[must_use]
     pub fn has_lost_producer(&self) -> bool {
         self.has_lost_producer && self.active.is_some()

@@ -1,4 +1,4 @@
-//! How a loop waits for the next message.
+//! Waits of a loop for the next message.
 
 use std::str::FromStr;
 use std::time::Duration;
@@ -10,21 +10,21 @@ use super::live_node::LiveNode;
 use crate::safety_limits::MAX_WAIT;
 use crate::wire::topics::Topic;
 
-/// How a program follows sessions.
+/// Options of a loop that follows sessions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct LoopOptions {
-    /// How it waits for samples.
+    /// Way to wait for samples.
     pub wake: Wake,
-    /// Whether it waits for the next session when one is over.
+    /// Whether the program waits for the next session when one is over.
     pub stays: bool,
 }
 
-/// How to wait.
+/// Way to wait for the next message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Wake {
     /// Not at all. Fastest, but occupies a whole processor core.
     Poll,
-    /// Until the writer notifies it, but no longer than [`MAX_WAIT`] or two ticks of the kernel's clock.
+    /// Until the writer notifies the loop, but no longer than [`MAX_WAIT`] or two ticks of the kernel's clock.
     #[default]
     Event,
     /// For this long.

@@ -12,12 +12,12 @@ use crate::wire::identity::new_identity;
 use crate::wire::names::Names;
 use crate::wire::topics::{Topic, WireAcknowledge, WireCommand, WireMachine, WireVerdict};
 
-/// How long to wait for a verdict.
+/// Longest wait for a verdict.
 const LIMIT: Duration = Duration::from_secs(1);
-/// How long the message stays in shared memory for the monitor: many of its cycles.
+/// Time that the message stays in shared memory for the monitor: many of its cycles.
 const DELIVERY: Duration = Duration::from_millis(200);
 
-/// How long to wait for a command: a control sends one at least every 20 ms.
+/// Longest wait for a command: a control sends one at least every 20 ms.
 const COMMAND_LIMIT: Duration = Duration::from_nanos(10 * HEARTBEAT_NS as u64);
 
 /// Acknowledges the monitor's current verdict, and the control's current command if that tells of a rod that does not
@@ -101,7 +101,7 @@ pub fn acknowledge_signal(address: &ServiceAddress, name: &str) -> Result<String
     }
 }
 
-/// Whether a signal is frozen now.
+/// Whether a verdict reports a frozen signal, as a fault or as a caution.
 fn repeats(verdict: &WireVerdict) -> bool {
     let held = verdict.verdict().held;
     held.faults.has(InputFault::Frozen) || held.cautions.has(InputFault::Frozen)

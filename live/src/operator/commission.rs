@@ -39,9 +39,9 @@ struct Guided {
     sensors: Sensors,
     guard: Guard,
     recording: Recording,
-    /// Whether it is the replay of a log.
+    /// Whether the session is the replay of a log.
     is_replayed: bool,
-    /// When it began by this computer (ns since 1970).
+    /// Beginning of the session by this computer's clock (ns since 1970).
     begun_ns: i64,
     /// Samples taken.
     taken: u64,
@@ -81,8 +81,9 @@ impl Guided {
         }
     }
 
-    /// When the drive began (ns since 1970): by its stamps, since a session can be the replay of an old log. Stamps that do not know
-    /// the day, such as those since the start of a controller, are those of a drive of now, unless the session is such a replay.
+    /// Returns the time at which the drive began (ns since 1970): by its stamps, since a session can be the replay of an old log.
+    /// Stamps that do not know the day, such as those since the start of a controller, are of a drive of now, unless the session
+    /// is such a replay. `None` without a sample.
     fn recorded_from_ns(&self) -> Option<i64> {
         let first_ns = self.recording.first_ns()?;
         Some(began_ns(first_ns, self.begun_ns, self.is_replayed))
@@ -207,7 +208,8 @@ pub fn commission(
     })
 }
 
-/// When a drive began, by its first stamp and by this computer (ns since 1970).
+/// Returns the time at which a drive began (ns since 1970): by its first stamp, or by this computer's clock if the stamp does not
+/// know the day and the session is no replay.
 fn began_ns(first_stamp_ns: i64, begun_ns: i64, is_replayed: bool) -> i64 {
     match is_replayed || knows_the_day(first_stamp_ns) {
         true => first_stamp_ns,

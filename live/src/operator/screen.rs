@@ -84,7 +84,7 @@ fn color(level: Level) -> Color {
     }
 }
 
-/// How long ago a verdict expired (s); `None` if it is valid.
+/// Returns the time since a verdict expired (s); `None` if it is valid.
 fn expired_s(view: &View, verdict: &WireVerdict) -> Option<f64> {
     let over_ns = view.now_ns.saturating_sub(verdict.valid_until_ns);
     (over_ns > 0).then_some(over_ns as f64 * 1e-9)
@@ -177,7 +177,8 @@ fn draw_level(
     frame.render_widget(level, area);
 }
 
-/// What is not proven, and what would prove it if that `fits`; `None` if there is nothing, or where the basis is in doubt.
+/// Returns the missing proofs as text, with the ways to get them if the text `fits`; `None` if none is missing, or where the
+/// basis is not assumed.
 fn missing_proofs(
     view: &View,
     verdict: &WireVerdict,
@@ -399,6 +400,7 @@ mod tests {
                 edges: vec![],
                 joints: Vec::new(),
                 load_sensors: Vec::new(),
+                commissioned: Vec::new(),
             },
             limits: [0.75, 0.9, 1.0],
             verdict: Some(verdict),

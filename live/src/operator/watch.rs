@@ -19,7 +19,7 @@ use crate::wire::topics::{
 
 /// Time between two frames.
 const FRAME_PERIOD: Duration = Duration::from_millis(50);
-/// How often the nodes of dead processes are removed.
+/// Period at which the nodes of dead processes are removed.
 const DEAD_NODE_CHECK: Duration = Duration::from_secs(1);
 
 /// Shows verdicts until `q` is pressed or a signal comes. `a` acknowledges the alarm.

@@ -5,7 +5,7 @@
 #[derive(Debug)]
 pub(crate) struct Cdr(Vec<u8>);
 
-/// What precedes every message: plain CDR, little endian.
+/// Encapsulation before every message: plain CDR, little endian.
 const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 
 impl Cdr {

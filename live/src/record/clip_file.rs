@@ -19,7 +19,7 @@ const FINISHED_RECORD: &str = "tipwatch_clip";
 /// Most triggers that a clip lists.
 pub(super) const MAX_ONSETS: usize = 1000;
 
-/// When a condition began to be met.
+/// Time at which a condition began to be met (ns).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Onset {
     pub(super) trigger: Trigger,

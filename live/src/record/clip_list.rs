@@ -22,7 +22,7 @@ struct Line {
     file: String,
     sha256: String,
     bytes: u64,
-    /// Whether the recorder finished it. One that was interrupted ends before its time.
+    /// Whether the recorder finished the clip. An interrupted clip ends before its time.
     is_complete: bool,
     /// The conditions in order, and when each began to be met (ns); empty for a clip that was interrupted.
     triggers: Vec<(String, i64)>,

@@ -27,7 +27,7 @@ use super::trigger::Trigger;
 use super::writer::{BATCH_PERIOD, Plan, RecordCounts};
 use crate::system::clock::monotonic_ns;
 
-/// What the black box keeps.
+/// Options of the black box: its triggers, and the time and memory of its clips.
 #[derive(Debug, Clone)]
 pub struct ClipOptions {
     /// The conditions that make it keep a clip.
@@ -71,7 +71,7 @@ pub(super) struct ClipWriter {
     ring: Ring,
     wanted: Option<Wanted>,
     pub(super) clip: Option<ClipFile>,
-    /// Whether a sample has come.
+    /// Whether a sample of the session has come.
     has_sample: bool,
     /// The condition that the last verdict met.
     met: Option<Trigger>,
@@ -224,7 +224,7 @@ impl ClipWriter {
         }
     }
 
-    /// The same once.
+    /// Writes once what the ring has of the wanted clip.
     fn write_wanted(&mut self) -> Result<()> {
         let Some(wanted) = &self.wanted else {
             return Ok(());
@@ -396,7 +396,7 @@ impl ClipWriter {
         }
     }
 
-    /// What was written.
+    /// Returns the counts of the messages that were written.
     #[cfg(test)]
     pub(super) fn counts(&self) -> RecordCounts {
         self.counts

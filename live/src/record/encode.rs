@@ -64,7 +64,7 @@ pub(super) fn sample(sample: &Sample<'_>, joint_names: &[String], imu_frame: &st
     cdr.finish()
 }
 
-/// What a monitor says about itself, in the order of its topic's definition. A text that is no text is empty.
+/// Encodes what a monitor says about itself, in the order of its topic's definition. A text that is not UTF-8 becomes empty.
 pub(super) fn program(wire: &WireMachine) -> Vec<u8> {
     let text = |bytes: &[u8]| {
         let end = bytes.iter().position(|&byte| byte == 0);
@@ -100,7 +100,7 @@ pub(super) fn program(wire: &WireMachine) -> Vec<u8> {
     let proofs = || Proof::all(names.joints.len());
     let joint = |joint: usize| names.joint(joint);
     texts(&mut cdr, proofs().map(|proof| proof.name(joint)));
-    texts(&mut cdr, proofs().map(|proof| proof.way(joint)));
+    texts(&mut cdr, proofs().map(|proof| names.way(proof)));
     cdr.finish()
 }
 

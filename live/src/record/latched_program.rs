@@ -1,4 +1,4 @@
-//! What a monitor says about itself, once in its run: every file of the session holds it, those that begin later too.
+//! Description that a monitor sends of itself, once in its run: every file of the session holds it, those that begin later too.
 
 use super::pending::{Encoded, Kind};
 
@@ -20,7 +20,8 @@ impl LatchedProgram {
         }
     }
 
-    /// What a file lacks that begins with this message: the last one before it, at its time.
+    /// Returns the description that a file that begins with this message lacks: the last one before the message, at the message's
+    /// time; `None` if there is none, or the message is one itself.
     pub(super) fn before(&self, first: &Encoded) -> Option<Encoded> {
         let known = (self.0.iter()).rfind(|program| program.log_time_ns <= first.log_time_ns)?;
         (first.kind != Kind::Program).then(|| Encoded {

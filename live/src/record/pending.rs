@@ -17,16 +17,16 @@ pub(super) enum Kind {
     Sample(usize),
     /// A verdict.
     Verdict {
-        /// Whether its level differs from the one before.
+        /// Whether the level of the verdict differs from the one before.
         is_new: bool,
         /// The condition that makes the black box keep it.
         trigger: Option<Trigger>,
     },
     /// A valve command.
     Command,
-    /// What the monitor is.
+    /// The monitor's description of itself.
     Program,
-    /// What the recorder lost.
+    /// A report of messages that the recorder lost.
     Gap,
 }
 

@@ -109,7 +109,7 @@ pub(super) fn preamble(
 }
 
 impl Preamble {
-    /// With what the recorder is, in the metadata.
+    /// Adds the fingerprint of the recorder to the metadata.
     pub(super) fn by(mut self, recorder: &Fingerprint) -> Self {
         let entries = recorder.entries().into_iter();
         let named = entries.map(|(name, value)| (format!("recorder_{name}"), value));

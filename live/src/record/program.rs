@@ -19,12 +19,11 @@ use crate::wire::topics::{WireCommand, WireMachine, WireSample, WireSession, Wir
 const POLL_PERIOD: Duration = Duration::from_millis(2);
 /// Samples taken before verdicts are: so the queue of neither overflows.
 const SAMPLES_AT_ONCE: usize = 256;
-/// How long the last verdicts of a session may take.
+/// Longest wait for the last verdicts of a session.
 const LAST_VERDICTS: Duration = Duration::from_millis(500);
-/// How long a session may be without its producer before it is over: the end was sent before this recorder joined, or
-/// never.
+/// Time that a session may be without its producer before it is over: the end was sent before this recorder joined, or never.
 const PRODUCER_GONE: Duration = Duration::from_secs(2);
-/// How often the nodes of dead processes are removed.
+/// Period at which the nodes of dead processes are removed.
 const DEAD_NODE_CHECK: Duration = Duration::from_millis(500);
 
 /// Records a session, or sessions until a signal comes.
@@ -81,7 +80,7 @@ struct Recorder<'a> {
     verdicts: Receiver<WireVerdict>,
     commands: Receiver<WireCommand>,
     machines: Receiver<WireMachine>,
-    /// What the monitor said last about itself, perhaps before its session was followed here.
+    /// The monitor's last description of itself, perhaps sent before its session was followed here.
     machine: Option<WireMachine>,
     supervisor: Option<Supervisor>,
     host: Host<'a>,

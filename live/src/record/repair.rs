@@ -62,8 +62,8 @@ fn has_end(file: &mut File, bytes: u64) -> io::Result<bool> {
     Ok(end == MAGIC)
 }
 
-/// Where the last complete record before the end of the data ends; 0 if this is no MCAP file of a recorder like this one.
-/// Files of other programs may still be being written.
+/// Finds the end of the last complete record before the end of the data (bytes); 0 if this is no MCAP file of a recorder like
+/// this one. Files of other programs may still be being written.
 fn complete_bytes(file: &mut File, bytes: u64) -> io::Result<u64> {
     file.seek(SeekFrom::Start(0))?;
     let mut reader = BufReader::new(file);

@@ -62,7 +62,7 @@ impl Ring {
         self.messages.front().map(|message| message.session_ns)
     }
 
-    /// What was before this time (ns) nobody recorded.
+    /// Notes that messages before this time (ns) are missing, because nobody recorded them.
     pub(super) fn joins_at(&mut self, time_ns: i64) {
         self.missing_until_ns.get_or_insert(time_ns);
     }

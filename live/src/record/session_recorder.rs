@@ -29,24 +29,24 @@ use crate::wire::topics::{
     EVENT_ROW, Wire, WireCommand, WireMachine, WireSample, WireSession, WireVerdict,
 };
 
-/// Where and how to record.
+/// Options of a recorder.
 #[derive(Debug, Clone)]
 pub struct RecordOptions {
     /// Each session gets a folder of its own in this one.
     pub folder: PathBuf,
-    /// How long a file is.
+    /// Time that a file covers before the next one begins.
     pub split: Duration,
-    /// How many bytes all files may have; the oldest are removed.
+    /// Most bytes of all files together: the oldest files are removed beyond it; `None` for no limit.
     pub keep_bytes: Option<u64>,
     /// Whether to wait for the next session when one is over.
     pub stays: bool,
-    /// What the recorder is.
+    /// Fingerprint of the recorder: its version, executable, options and files.
     pub fingerprint: Fingerprint,
     /// Keep clips around triggers only, instead of everything.
     pub clips: Option<ClipOptions>,
 }
 
-/// What is the same for all sessions of a run.
+/// Machine and options, which are the same for all sessions of a run.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RecordingPlace<'a> {
     pub(super) file: &'a MachineFile,
@@ -54,7 +54,7 @@ pub(super) struct RecordingPlace<'a> {
     pub(super) options: &'a RecordOptions,
 }
 
-/// Where the messages go.
+/// Destination of the messages: files of the whole session, or clips.
 enum Target {
     Files(Box<FileWriter>),
     Clips(Box<ClipWriter>),

@@ -165,13 +165,13 @@ pub(super) const COMMAND_COUNTS: Fields<WireCommand, u64> =
     fields![sequence, source, sample_sequence, verdict_sequence];
 pub(super) const COMMAND_TIMES: Fields<WireCommand, i64> =
     fields![published_ns, valid_until_ns, sample_published_ns];
-/// One number for each actuator.
+/// Fields of a command with one number for each actuator.
 pub(super) const COMMAND_LISTS: Fields<WireCommand, [f64; MAX_ACTUATORS]> =
     fields![opening, measured, reference, velocity, target];
 
-/// What the monitor is: hashes in hexadecimal, empty where unknown. It stands at the beginning of every file, and where
-/// another monitor goes on. The lists of proofs are in the order of the bits of `unproven` in the verdict; the last bit stands for all
-/// from there on.
+/// Returns the topic of the monitor's description of itself: hashes in hexadecimal, empty where unknown. Its message stands at
+/// the beginning of every file, and where another monitor goes on. The lists of proofs are in the order of the bits of `unproven`
+/// in the verdict; the last bit stands for all from there on.
 pub(super) fn program() -> Topic {
     Topic {
         name: monitor_topic::PROGRAM.into(),

@@ -1,4 +1,4 @@
-//! When to try to write, on a disk that may fail.
+//! Attempts to write on a disk that may fail.
 
 use std::time::{Duration, Instant};
 
@@ -10,7 +10,8 @@ const RETRY_PERIOD: Duration = Duration::from_secs(1);
 pub(super) struct Tries(Option<Instant>);
 
 impl Tries {
-    /// How often to try now. What is last has no later try in a new file: the one that failed may have been at its limit.
+    /// Returns the number of attempts to make now. The last write gets two, because no later attempt follows in a new file, and
+    /// the file that fails may be at its limit.
     pub(super) fn now(&self, is_last: bool) -> u8 {
         match self.0 {
             _ if is_last => 2,

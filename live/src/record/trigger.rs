@@ -1,4 +1,4 @@
-//! What makes the black box keep a clip: conditions of the verdict.
+//! Triggers of the black box: conditions of the verdict that make it keep a clip.
 
 use strum::IntoStaticStr;
 use tipwatch_mechanics::verdict::Level;
@@ -33,7 +33,7 @@ impl Trigger {
         self.into()
     }
 
-    /// Whether a verdict meets it. `before` is the level of the verdict before, if there was one.
+    /// Whether a verdict meets the condition. `before` is the level of the verdict before, if there was one.
     fn is_met(self, verdict: &WireVerdict, before: Option<Level>) -> bool {
         let level = Level::from_number(verdict.level);
         match self {
@@ -92,7 +92,7 @@ mod tests {
         reasons.bits().into()
     }
 
-    /// What each level triggers, for every single condition.
+    /// Each condition by itself is met at its levels, and at no others.
     #[test]
     fn conditions_are_met_at_their_levels() {
         use Level::*;

@@ -20,12 +20,12 @@ use super::tries::Tries;
 
 /// Time covered by a batch. Including polling and writing, a killed process loses no more than 20 ms.
 pub(super) const BATCH_PERIOD: Duration = Duration::from_millis(8);
-/// What waits is written in parts of so many bytes: a file that has room for no more than some of them takes these.
+/// Size of the parts in which waiting messages are written (bytes): a file that has room for only some of the parts takes these.
 const PART_BYTES: usize = 64 * 1024;
-/// How often the files are looked for where they were written: a removed folder is noticed within a second.
+/// Period at which the files are looked for where they were written: a removed folder is noticed within a second.
 const PLACE_CHECK: Duration = Duration::from_millis(250);
 
-/// Whether there was no room for what was written.
+/// Whether a write failed because there was no room.
 fn is_full(error: io::ErrorKind) -> bool {
     use io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
     matches!(error, FileTooLarge | QuotaExceeded | StorageFull)
@@ -43,7 +43,7 @@ fn first_part(messages: &mut VecDeque<Encoded>) -> VecDeque<Encoded> {
     std::mem::replace(messages, rest)
 }
 
-/// What was written.
+/// Counts of messages, clips and sessions that were recorded, lost or refused.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct RecordCounts {
     /// Samples written.
@@ -97,7 +97,7 @@ impl RecordCounts {
     }
 }
 
-/// Where and how a session is written.
+/// Folder, preamble, file length and retention of a session that is recorded.
 #[derive(Debug, Clone)]
 pub(super) struct Plan {
     pub(super) folder: PathBuf,

@@ -48,8 +48,8 @@ impl LogSamples {
         Ok(log_samples)
     }
 
-    /// Where the sensors' clock stands by that of the recorder: nobody knows the offset between them, so the
-    /// smallest delay of all samples counts as none.
+    /// Estimates the offset between the sensors' clock and that of the recorder: nobody knows it, so the smallest delay of all
+    /// samples counts as none.
     fn clock(&self) -> StampClock {
         let delays =
             (self.samples()).map(|(sample, log_ns)| log_ns.saturating_sub(sample.stamp_ns));

@@ -11,22 +11,22 @@ use crate::system::clock::monotonic_ns;
 use crate::system::signals::Interrupted;
 use crate::wire::topics::{SAMPLE_QUEUE, WireSample, WireSession};
 
-/// How often new readers are connected.
+/// Period at which new readers are connected.
 const CONNECT_PERIOD: Duration = Duration::from_millis(20);
-/// How often the nodes of dead readers are removed.
+/// Period at which the nodes of dead readers are removed.
 const DEAD_NODE_CHECK: Duration = Duration::from_millis(200);
-/// How long a reader may stall before a lossless replay gives up.
+/// Longest stall of a reader before a lossless replay gives up.
 const STALL_LIMIT: Duration = Duration::from_secs(30);
-/// How long a lossy replay waits until the end has been read.
+/// Longest wait of a lossy replay until the end has been read.
 const END_LIMIT: Duration = Duration::from_secs(2);
 /// Time between two checks of the readers' progress.
 const RETRY_PERIOD: Duration = Duration::from_micros(50);
 /// Time between the announcement and the first sample, in which readers prepare.
 const START_DELAY: Duration = Duration::from_millis(250);
-/// How far a reader may lag in a lossless replay, before its queue overwrites samples.
+/// Most samples that a reader may lag behind in a lossless replay, before its queue overwrites any.
 const MAX_BACKLOG: u64 = SAMPLE_QUEUE as u64 / 2;
 
-/// How fast samples are sent.
+/// Speed at which samples are sent.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Speed {
     /// Relative to the log.
@@ -55,7 +55,7 @@ pub struct ReplayOptions {
     pub lossless: bool,
     /// Number of readers to wait for.
     pub readers: usize,
-    /// How long to wait for them.
+    /// Longest wait for the readers.
     pub wait: Duration,
 }
 
@@ -64,7 +64,7 @@ pub struct ReplayOptions {
 pub struct ReplayCounts {
     /// Samples sent.
     pub sent: u64,
-    /// Whether a signal stopped it early.
+    /// Whether a signal of the operating system stopped the replay early.
     pub interrupted: bool,
 }
 
@@ -93,7 +93,7 @@ pub fn replay(log: &LogSamples, node: &LiveNode, options: ReplayOptions) -> Resu
     }
 }
 
-/// Why a replay stops early.
+/// Reason for which a replay stops early.
 enum Stop {
     Interrupted,
     Failed(anyhow::Error),
@@ -117,7 +117,7 @@ struct Replay<'a> {
     options: ReplayOptions,
     counts: ReplayCounts,
     connected: Instant,
-    /// When dead nodes were last removed.
+    /// Time at which dead nodes were last removed.
     checked: Instant,
 }
 

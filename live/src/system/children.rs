@@ -4,7 +4,7 @@ use std::io;
 use std::process::{Child, Command, ExitStatus};
 use std::time::{Duration, Instant};
 
-/// How long a child may take to end in order, before it is killed.
+/// Longest time for a child to end in order, before it is killed.
 const END_LIMIT: Duration = Duration::from_secs(10);
 /// Time between two looks at it.
 const LOOK_PERIOD: Duration = Duration::from_millis(5);

@@ -13,7 +13,7 @@ pub struct Supervisor {
     /// Half of WatchdogSec; `None` without a watchdog.
     period: Option<Duration>,
     is_ready: bool,
-    /// When the watchdog was last served.
+    /// Time at which the watchdog was last served.
     served: Option<Instant>,
 }
 

@@ -111,7 +111,7 @@ impl WireCommand {
         Mode::from_number(self.mode)
     }
 
-    /// Why they hold.
+    /// Returns the reasons for which the valves do not follow.
     #[must_use]
     pub fn reasons(&self) -> HoldReasons {
         HoldReasons::from_bits(self.reasons)

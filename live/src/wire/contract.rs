@@ -1,4 +1,4 @@
-//! What both ends of a service agree on beside the layout of the messages: settings of the services, and the meaning of
+//! Contract between both ends of a service, beside the layout of the messages: settings of the services, and the meaning of
 //! numbers and bits. The C header and the reference are made of it.
 
 use strum::{EnumMessage, VariantArray};
@@ -17,14 +17,14 @@ use crate::wire::topics::{
     WireVerdict,
 };
 
-/// How the number of an enumeration stands on the wire.
+/// Coding of the number of an enumeration on the wire.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Coding {
-    /// As itself.
+    /// The number itself.
     Number,
-    /// As a bit of a set; the number is that of the bit.
+    /// A bit of a set; the number is that of the bit.
     Bit,
-    /// As the first index of an array.
+    /// The first index of an array.
     Index,
 }
 
@@ -44,9 +44,9 @@ pub struct Entry {
 pub struct Enumeration {
     /// Name in C, without "tipwatch_".
     pub name: &'static str,
-    /// Fields that carry it.
+    /// Fields that carry the enumeration.
     pub fields: &'static str,
-    /// How its numbers stand in them.
+    /// Coding of the numbers in those fields.
     pub coding: Coding,
     /// The numbers, ascending.
     pub entries: Vec<Entry>,
@@ -138,13 +138,13 @@ pub struct ServiceSettings {
     pub has_events: bool,
 }
 
-/// What is done with the message type of each service.
+/// Visitor of the message type of each service.
 pub trait EachService {
-    /// Does it; `message` is the name of the message in C, without "tipwatch_".
+    /// Visits the service with this message type; `message` is the name of the message in C, without "tipwatch_".
     fn service<T: Topic>(&mut self, message: &'static str);
 }
 
-/// Does it with all services: the only list of them.
+/// Visits all services: the only list of them.
 pub fn each_service(each: &mut impl EachService) {
     each.service::<WireSession>("session");
     each.service::<WireSample>("sample");

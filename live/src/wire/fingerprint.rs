@@ -1,5 +1,5 @@
-//! What runs: SHA-256 of the executable, its options and the files that it reads. A recorded number can be traced to
-//! them.
+//! Fingerprint of a running program: SHA-256 of the executable, its options and the files that it reads. A recorded number can be
+//! traced to them.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use tipwatch_binding::{Hash, MachineFile, Urdf, hash, hash_file, hex, running_fi
 use crate::wire::session::name_to_wire;
 use crate::wire::topics::{TEXT_BYTES, WireMachine};
 
-/// What a program is, and what it was given.
+/// Identity of a program and of its input: version, executable, arguments and files.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Fingerprint {
     /// Version of the program.

@@ -1,4 +1,4 @@
-//! What every message on the wire has: a head, a checksum, and a layout that both sides compare.
+//! Common parts of every message on the wire: a head, a checksum, and a layout that both sides compare.
 
 use std::fmt::Debug;
 

@@ -1,5 +1,5 @@
-//! What is on the wire: message types, their names and hashes, and their conversion from and to the
-//! types of mechanics. [`contract`] lists services and enumerations; [`c_header`] generates the same for C.
+//! Wire format: message types, their names and hashes, and their conversion from and to the types of mechanics. [`contract`]
+//! lists services and enumerations; [`c_header`] generates the same for C.
 
 pub mod c_header;
 pub mod command;

@@ -23,6 +23,8 @@ pub struct Names {
     pub joints: Vec<String>,
     /// Names of its load sensors.
     pub load_sensors: Vec<String>,
+    /// Joint positions at which a commissioning has proven each joint, as text; empty where it has not.
+    pub commissioned: Vec<String>,
 }
 
 impl TryFrom<&WireMachine> for Names {
@@ -33,7 +35,16 @@ impl TryFrom<&WireMachine> for Names {
             let count = (count as usize).min(names.len());
             names[..count].iter().map(name_from_wire).collect()
         };
+        let ends = wire.commissioned_from.iter().zip(&wire.commissioned_to);
+        let commissioned = |(joint, (from, to)): (usize, (&f64, &f64))| match from <= to {
+            true => {
+                let unit = ["rad", "m"][usize::from(wire.sliding_joints >> joint & 1 == 1)];
+                format!("{from:.3} to {to:.3} {unit}")
+            }
+            false => String::new(),
+        };
         Ok(Self {
+            commissioned: ends.enumerate().map(commissioned).collect(),
             machine: name_from_wire(&wire.name)?,
             wheels: listed(&wire.wheel_names, wire.wheel_count)?,
             edges: listed(&wire.edge_names, wire.edge_count)?,
@@ -51,37 +62,56 @@ impl Names {
         name.map_or_else(|| index.to_string(), String::clone)
     }
 
+    /// Returns the positions at which a commissioning has proven a joint, as text; `None` where it has not.
+    fn commissioned_at(&self, proof: Proof) -> Option<&str> {
+        let Proof::Joint(joint) = proof else {
+            return None;
+        };
+        let text = self.commissioned.get(joint)?.as_str();
+        (!text.is_empty()).then_some(text)
+    }
+
+    /// Returns what a person can do to prove a signal; of a joint also the positions at which it is commissioned.
+    #[must_use]
+    pub fn way(&self, proof: Proof) -> String {
+        let way = proof.way(|joint| self.joint(joint));
+        match self.commissioned_at(proof) {
+            Some(text) => format!("{way}; it is commissioned at {text}"),
+            None => way,
+        }
+    }
+
     /// Names of what is not proven.
     #[must_use]
     pub fn unproven(&self, verdict: &WireVerdict) -> Vec<String> {
         self.named(verdict.verdict().unproven)
     }
 
-    /// What would prove each of these, in the same order.
+    /// Returns what a person can do to prove each signal of [`Self::unproven`], in the same order.
     #[must_use]
     pub fn proven_by(&self, verdict: &WireVerdict) -> Vec<String> {
         let unproven = verdict.verdict().unproven.iter(self.joints.len());
-        let ways = unproven.map(|proof| proof.way(|joint| self.joint(joint)));
-        ways.collect()
+        unproven.map(|proof| self.way(proof)).collect()
     }
 
-    /// What is not proven, and what would prove it, as text: joints together. Empty if there is nothing.
+    /// Returns the signals that are not proven, with what would prove them, as text: joints together. Empty if all are proven.
     #[must_use]
     pub fn missing_proofs_text(&self, verdict: &WireVerdict) -> String {
         let unproven = verdict.verdict().unproven.iter(self.joints.len());
         let (joints, others): (Vec<Proof>, Vec<Proof>) =
             unproven.partition(|proof| matches!(proof, Proof::Joint(_)));
         let name = |proof: &Proof| proof.name(|joint| self.joint(joint));
-        let with_way = |proof: &Proof| {
-            let way = proof.way(|joint| self.joint(joint));
-            format!("{} ({way})", name(proof))
-        };
+        let with_way = |proof: &Proof| format!("{} ({})", name(proof), self.way(*proof));
         let mut texts: Vec<String> = others.iter().map(with_way).collect();
         match joints.as_slice() {
             [] => {}
             [joint] => texts.push(with_way(joint)),
             [first, ..] => {
-                let names: Vec<String> = joints.iter().map(name).collect();
+                let with_place = |proof: &Proof| match self.commissioned_at(*proof) {
+                    Some(text) => format!("{} (commissioned at {text})", name(proof)),
+                    None => name(proof),
+                };
+                let names: Vec<String> = joints.iter().map(with_place).collect();
                 let way = first.way(|_| "each of these".into());
                 texts.push(format!("{} ({way})", names.join(", ")));
             }
@@ -117,7 +147,8 @@ impl Names {
         (verdict.standing != 0).then(|| wheels.map(|(_, name)| name.as_str()).collect())
     }
 
-    /// Why it is unknown which supports are on the ground, and the wheel that this is about; `None` if they are known.
+    /// Returns the reason for which the supports on the ground are unknown, and its wheel, if it is about one; `None` if they are
+    /// known.
     #[must_use]
     pub fn ground_gap(&self, verdict: &WireVerdict) -> Option<(&'static str, Option<&str>)> {
         let (gap, wheel) = verdict.ground_gap()?;
@@ -125,7 +156,7 @@ impl Names {
         Some((gap, name.map(String::as_str)))
     }
 
-    /// The same as text.
+    /// Returns that reason and wheel as text.
     #[must_use]
     pub fn ground_gap_text(&self, verdict: &WireVerdict) -> Option<String> {
         let (gap, wheel) = self.ground_gap(verdict)?;
@@ -147,7 +178,8 @@ impl Names {
         sensor.into_iter().chain(total).collect()
     }
 
-    /// What would explain the total: `unstated_load`, `load_on_tool`, `support_sensor`, `exchanged_sensors`.
+    /// Returns the possible explanations of the contradicted total load: `unstated_load`, `load_on_tool`, `support_sensor`,
+    /// `exchanged_sensors`.
     #[must_use]
     pub fn load_explanations(&self, verdict: &WireVerdict) -> Vec<&'static str> {
         let bits = verdict.load_explanation;

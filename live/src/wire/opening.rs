@@ -10,13 +10,13 @@ use crate::wire::refusal::{Refusal, SessionRefused};
 use crate::wire::session::{Session, machine_hash};
 use crate::wire::topics::WireSession;
 
-/// Whether sessions whose clock is unrelated to real time are followed: no delay can be checked in them.
+/// Policy for sessions whose clock is unrelated to real time: no delay can be checked in them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Untimed {
-    /// They are refused.
+    /// Such sessions are refused.
     #[default]
     Refused,
-    /// They are followed: only replays are.
+    /// Such sessions are followed: all of them are replays.
     Allowed,
 }
 

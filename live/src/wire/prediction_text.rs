@@ -5,8 +5,8 @@ use tipwatch_mechanics::prediction::{Law, PredictedNumber};
 
 use crate::wire::topics::WireVerdict;
 
-/// What lifts by which assumed motion; `None` if nothing does, or nothing is predicted. A wheel that is off the ground
-/// now is not ahead.
+/// Returns the wheel that lifts first by each assumed motion, as text; `None` if none lifts, if nothing is predicted, or if a
+/// wheel is off the ground already.
 #[must_use]
 pub fn prediction_text(verdict: &WireVerdict, wheels: &[String]) -> Option<String> {
     let parts = Law::ALL.into_iter().filter_map(|law| {

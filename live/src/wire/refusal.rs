@@ -1,4 +1,4 @@
-//! Why a session is refused: a number on the wire, and a text.
+//! Refusal of a session: a number on the wire, and a text.
 
 use crate::wire::topics::{TEXT_BYTES, Wire, WireRefusal};
 
@@ -32,7 +32,7 @@ tipwatch_mechanics::named! {
 pub struct SessionRefused {
     /// The kind of reason.
     pub reason: Refusal,
-    /// What was expected, and what was found.
+    /// Text for people: what was expected, and what was found.
     pub text: String,
 }
 
@@ -48,7 +48,7 @@ impl Refusal {
 }
 
 impl SessionRefused {
-    /// What refuses a session, from the error of opening it.
+    /// Converts the error of opening a session to the refusal of the session.
     #[must_use]
     pub fn of(error: &anyhow::Error) -> Self {
         let known = error.downcast_ref::<Self>().map(|refused| refused.reason);

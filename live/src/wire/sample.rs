@@ -5,7 +5,7 @@ use tipwatch_mechanics::state::{NumberKind, Sample, Sensor};
 
 use crate::wire::topics::{Kind, MAX_VALUES, Wire, WireSample};
 
-/// What became of a session's samples.
+/// Counts of a session's rows and samples.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct SampleCounts {
     /// Rows completed.

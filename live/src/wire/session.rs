@@ -12,7 +12,7 @@ use crate::wire::topics::{Head, MAX_JOINTS, NAME_BYTES, Wire, WireSession};
 /// Paces of a clock that is related to real time: with a slower or faster one, times of this computer do not fit into nanoseconds.
 pub const PACES: RangeInclusive<f64> = 1e-3..=1e3;
 
-/// Whether more is to come.
+/// Progress of a session: whether more samples are to come.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Progress {
     /// The session goes on.
@@ -21,24 +21,24 @@ pub enum Progress {
     Ended,
 }
 
-/// Where the sensors' clock stands: one instant by both clocks.
+/// Offset between the sensors' clock and this computer's, as one instant by both clocks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct StampClock {
-    /// By the sensors' clock (ns).
+    /// The instant by the sensors' clock (ns).
     pub stamp_ns: i64,
-    /// By CLOCK_MONOTONIC of this computer (ns).
+    /// The instant by CLOCK_MONOTONIC of this computer (ns).
     pub host_ns: i64,
 }
 
 impl StampClock {
-    /// The stamp of what was measured then (ns), by CLOCK_MONOTONIC.
+    /// Converts a time by CLOCK_MONOTONIC (ns) to the stamp of a measurement at that time (ns).
     #[must_use]
     pub fn stamp_ns(self, measured_ns: i64, pace: f64) -> i64 {
         let since_ns = measured_ns.saturating_sub(self.host_ns) as f64 * pace;
         self.stamp_ns.saturating_add(since_ns as i64)
     }
 
-    /// When something with this stamp was measured (ns), by CLOCK_MONOTONIC.
+    /// Converts a stamp to the time of its measurement (ns) by CLOCK_MONOTONIC.
     #[must_use]
     pub fn measured_ns(self, stamp_ns: i64, pace: f64) -> i64 {
         let since_ns = stamp_ns.saturating_sub(self.stamp_ns) as f64 / pace;
@@ -57,7 +57,7 @@ pub struct Session {
     pub total_samples: u64,
     /// Speed of the sensors' clock relative to real time; 0 if unrelated to real time.
     pub pace: f64,
-    /// Where the sensors' clock stands. Unused if the pace is 0.
+    /// Offset of the sensors' clock. Unused if the pace is 0.
     pub clock: StampClock,
     /// Whether readers must report their progress.
     pub wants_progress: bool,
@@ -93,7 +93,7 @@ pub fn machine_hash(file: &MachineFile, urdf: &Urdf) -> u64 {
     hash_of_texts(&file.effective_text(), &urdf.text)
 }
 
-/// The same of the texts themselves.
+/// Returns the hash of the texts of a machine file and a URDF.
 #[must_use]
 pub fn hash_of_texts(machine: &str, urdf: &str) -> u64 {
     Fnv1a::new()
@@ -237,7 +237,7 @@ fn flag(found: u32, field: &str) -> Result<bool> {
     }
 }
 
-/// One bit for each number; `None` if one is beyond them.
+/// Returns a set bit for each number; `None` if a number exceeds the bits.
 fn bits_of(numbers: &[u32]) -> Option<u32> {
     let mut numbers = numbers.iter();
     numbers.try_fold(0, |bits, &number| Some(bits | 1_u32.checked_shl(number)?))

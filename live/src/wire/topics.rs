@@ -172,10 +172,12 @@ wire! {
 
 wire! {
     /// What a reader of verdicts must know about the machine, and about the monitor that computes them.
-    "tipwatch.Machine.v5"
+    "tipwatch.Machine.v6"
     pub struct WireMachine {
         /// The session that the monitor follows.
         pub session: u64,
+        /// Bits: the joints that slide, with positions in m; those of others are in rad.
+        pub sliding_joints: u64,
         /// Utilisation at which the levels notice, warning and danger begin.
         pub limits: [f64; 3],
         /// Number of wheels.
@@ -204,7 +206,8 @@ wire! {
         pub doubted_signals: [u32; MAX_JOINTS],
         /// By how much each is off (rad, m, m/s2), as far as was seen; 0 of a joint that stopped to be measured.
         pub doubted_by: [f64; MAX_JOINTS],
-        /// What of that may be motion (same unit).
+        /// What of that may be motion (same unit). Of a joint that stopped to be measured: how fast it moved then (rad/s, m/s); less
+        /// than 0 if it was contradicted as stopped, and is measured again.
         pub doubted_moved: [f64; MAX_JOINTS],
         /// Which joints of the machine these are.
         pub known_joints: [u32; MAX_JOINTS],
@@ -212,6 +215,10 @@ wire! {
         pub known_stamps_us: [f64; MAX_JOINTS],
         /// Where it was (rad, m).
         pub known_positions: [f64; MAX_JOINTS],
+        /// Least position at which the bound commissioning has proven each joint (rad, m); NaN where it has not.
+        pub commissioned_from: [f64; MAX_JOINTS],
+        /// Greatest position at which it has.
+        pub commissioned_to: [f64; MAX_JOINTS],
         /// Version of the monitor; empty, and all hashes zero, if it did not state what it is.
         pub version: [u8; NAME_BYTES],
         /// SHA-256 of the monitor's executable.

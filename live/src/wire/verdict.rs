@@ -3,7 +3,7 @@
 use anyhow::Result;
 use tipwatch_mechanics::estimation::plausibility::{KnownPosition, SignalDoubt};
 use tipwatch_mechanics::estimation::support_configuration::GroundGap;
-use tipwatch_mechanics::machine::Proofs;
+use tipwatch_mechanics::machine::{Commissioned, Proofs};
 use tipwatch_mechanics::prediction::{Law, PredictedNumber, Prediction, PredictionGap};
 use tipwatch_mechanics::state::Reasons;
 use tipwatch_mechanics::studies::measured_loads::LoadDoubt;
@@ -23,15 +23,15 @@ use crate::wire::topics::{
 
 /// [`GroundUnknown::number`] of the first support whose signal is missing.
 const MISSING: u32 = 16;
-/// The same of one that carries although it is told to be off the ground.
+/// [`GroundUnknown::number`] of the first support that carries although it is told to be off the ground.
 const CARRIES: u32 = 32;
 
-/// Why it is unknown on which supports a machine stands.
+/// Reason for which the supports that a machine stands on are unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum GroundUnknown {
-    /// By what is told of them.
+    /// A gap in what is told of the supports.
     Gap(GroundGap),
-    /// It cannot stand on what is told.
+    /// The machine cannot stand on the supports that it is told to stand on.
     Impossible,
 }
 
@@ -48,7 +48,7 @@ impl GroundUnknown {
     }
 }
 
-/// Which wheels of a verdict are which of those on the ground: these are in the same order.
+/// Correspondence between the wheels of a verdict and those on the ground, which are in the same order.
 #[derive(Debug, Clone, Copy)]
 struct Places {
     /// Bits: the wheels of the verdict that are on the ground.
@@ -189,14 +189,14 @@ impl WireVerdict {
         (self.load_doubt & 1 != 0).then_some(self.doubted_load_sensor as usize)
     }
 
-    /// Whether a wheel is on the ground as a support; not while these are unknown.
+    /// Whether a wheel is on the ground as a support; `false` while the supports are unknown.
     #[must_use]
     pub fn is_standing(&self, wheel: usize) -> bool {
         self.places().place(wheel).is_some()
     }
 
-    /// Why it is unknown which supports are on the ground, and the wheel that this is about; `None` if they are known. An
-    /// unknown number is a reason, too.
+    /// Returns the reason for which the supports on the ground are unknown, and its wheel, if it is about one; `None` if they are
+    /// known. An unknown number is a reason, too.
     #[must_use]
     pub fn ground_gap(&self) -> Option<(&'static str, Option<usize>)> {
         let wheel = |from: u32| Some((self.ground_gap - from) as usize);
@@ -261,7 +261,8 @@ impl WireVerdict {
         }
     }
 
-    /// Why nothing is predicted by an assumed motion. An unknown number is a reason, too.
+    /// Returns the reason for which nothing is predicted by an assumed motion; `None` if something is. An unknown number is a
+    /// reason, too.
     #[must_use]
     pub fn gap_of(&self, law: Law) -> Option<PredictionGap> {
         PredictionGap::from_number(self.prediction_gap[law as usize])
@@ -331,7 +332,7 @@ impl WireVerdict {
         }
     }
 
-    /// Why the row is not valid.
+    /// Returns the reasons for which the row is not valid.
     #[must_use]
     pub fn row_reasons(&self) -> Reasons {
         Reasons::from_bits(self.reasons as u16)
@@ -420,6 +421,8 @@ impl WireMachine {
             wheel_count: wheels.len() as u32,
             edge_count: edges.len() as u32,
             name: name_to_wire(machine.name())?,
+            commissioned_from: [f64::NAN; MAX_JOINTS],
+            commissioned_to: [f64::NAN; MAX_JOINTS],
             ..Self::blank()
         };
         for (name, wheel) in wire.wheel_names.iter_mut().zip(wheels) {
@@ -430,6 +433,9 @@ impl WireMachine {
         for (name, joint) in wire.joint_names.iter_mut().zip(machine.joints()) {
             *name = name_to_wire(&joint.name).unwrap_or([0; NAME_BYTES]);
         }
+        let sliding = (0..machine.joints().len()).filter(|&joint| machine.joint_slides(joint));
+        let sliding = sliding.filter(|&joint| joint < MAX_JOINTS);
+        wire.sliding_joints = sliding.fold(0, |bits, joint| bits | 1 << joint);
         let sensors = machine.load_sensors();
         wire.load_sensor_count = sensors.len().min(MAX_LOAD_SENSORS) as u32;
         for (name, sensor) in wire.load_sensor_names.iter_mut().zip(sensors) {
@@ -443,7 +449,7 @@ impl WireMachine {
 }
 
 impl WireMachine {
-    /// With the signals that the session begins by doubting.
+    /// Adds the signals that the session begins by doubting.
     #[must_use]
     pub fn doubting(mut self, doubts: &[SignalDoubt]) -> Self {
         self.doubted_count = doubts.len().min(MAX_JOINTS) as u32;
@@ -455,7 +461,20 @@ impl WireMachine {
         self
     }
 
-    /// With the positions of a session before that the first ones are compared with.
+    /// Adds the positions at which a commissioning has proven the joints.
+    #[must_use]
+    pub fn commissioned(mut self, commissioned: &Commissioned) -> Self {
+        let ends = self
+            .commissioned_from
+            .iter_mut()
+            .zip(&mut self.commissioned_to);
+        for (joint, (from, to)) in ends.enumerate() {
+            [*from, *to] = commissioned.range(joint).unwrap_or([f64::NAN; 2]);
+        }
+        self
+    }
+
+    /// Adds the positions of a session before, with which the first ones are compared.
     #[must_use]
     pub fn knowing(mut self, positions: &[KnownPosition]) -> Self {
         self.known_count = positions.len().min(MAX_JOINTS) as u32;

@@ -14,7 +14,7 @@ use tipwatch_mechanics::verdict::{InputFault, Level};
 
 use super::data;
 
-/// How time goes by while a test sends a session.
+/// Passage of time while a test sends a session.
 pub trait Time {
     fn now_ns(&self) -> i64;
 
@@ -29,7 +29,7 @@ pub trait Time {
     fn wake(&mut self) {}
 }
 
-/// By itself.
+/// Time that goes by itself.
 pub struct RealTime;
 
 impl Time for RealTime {
@@ -50,7 +50,7 @@ pub struct Feed<T = RealTime> {
     pub producer: Producer,
     pub verdicts: Receiver<WireVerdict>,
     pub next: usize,
-    /// How many samples were never meant to be sent.
+    /// Number of samples that were never meant to be sent.
     left_out: usize,
     pub source: u64,
     pub hash: u64,
@@ -82,7 +82,7 @@ impl<T: Time> Feed<T> {
         Self::with(node, name, time, |_| ())
     }
 
-    /// The same with a changed session.
+    /// Opens and announces a session that `change` has changed.
     pub fn with(node: &LiveNode, name: &str, time: T, change: impl FnOnce(&mut Session)) -> Self {
         let (file, urdf) = machine(name);
         let (mut recording, samples) = samples(name);
@@ -180,7 +180,7 @@ impl<T: Time> Feed<T> {
         self.left_out += 1;
     }
 
-    /// How much later than in the log the next sample is.
+    /// Returns the delay of the next sample against its time in the log (ns), by the laps of the log so far.
     fn lap_ns(&self) -> i64 {
         let (first, last) = (&self.samples[0], &self.samples[self.samples.len() - 1]);
         let laps = (self.next / self.samples.len()) as i64;
@@ -208,7 +208,7 @@ impl<T: Time> Feed<T> {
         self.next += 1;
     }
 
-    /// The same with the seal of what it has become.
+    /// Sends the next sample, changed and sealed again, so that its checksum is right.
     pub fn inject_sealed(&mut self, change: impl FnOnce(&mut WireSample)) {
         self.inject(|sample| {
             change(sample);
@@ -276,7 +276,7 @@ impl<T: Time> Feed<T> {
     }
 }
 
-/// Whether a verdict reports this fault.
+/// Returns a predicate: whether a verdict reports this fault, at the level of a fault.
 pub fn reports(fault: InputFault) -> impl Fn(&WireVerdict) -> bool {
     move |verdict| verdict.conditions().faults.has(fault) && verdict.level == Level::Fault as u32
 }

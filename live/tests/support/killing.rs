@@ -280,7 +280,7 @@ pub fn kill_producers(world: &World, count: usize) -> Times {
     times
 }
 
-/// What recorders that were killed have left.
+/// Samples lost, times to start and holes in the files of killed recorders.
 #[derive(Debug, Default)]
 pub struct Recorded {
     /// From the last sample in the file to the last one sent before the kill.
@@ -364,7 +364,7 @@ pub fn sequences(file: &Path) -> (u64, u64, u64) {
     known_sequences(file).expect("samples in the file")
 }
 
-/// The same; `None` of a file that has verdicts alone.
+/// Returns the same numbers as [`sequences`]; `None` of a file that has verdicts alone.
 pub fn known_sequences(file: &Path) -> Option<(u64, u64, u64)> {
     let log = Log::open(file).unwrap();
     let topics: Vec<_> = log

@@ -15,7 +15,7 @@ pub struct Obeying {
     before_ns: Option<i64>,
 }
 
-/// What each cylinder carries (N), and the mass that moves with it (kg).
+/// Load of each cylinder (N), and the mass that moves with it (kg).
 const LOAD: ActuatorInput = ActuatorInput::Load {
     force: 1e4,
     mass: 1e4,

@@ -1,4 +1,4 @@
-//! What `tipwatch analyze` finds in a log.
+//! Analysis of a log, as by `tipwatch analyze`.
 
 use std::path::Path;
 

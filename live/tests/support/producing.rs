@@ -18,7 +18,7 @@ pub struct Producing {
 #[derive(Default)]
 pub struct Shared {
     ends: AtomicBool,
-    /// How many samples were sent.
+    /// Number of samples that were sent.
     pub sent: AtomicU64,
     /// The longest that sending one took (ns).
     pub slowest_ns: AtomicI64,

@@ -12,7 +12,7 @@ use tipwatch_mechanics::verdict::{Basis, Level};
 
 use super::feed::{machine, samples};
 
-/// When the session began (ns).
+/// Beginning of the session (ns).
 pub const START: i64 = 1_000_000_000_000;
 pub const SESSION: u64 = 7;
 /// Fastest motion of a rod with its valve all the way open (m/s).
@@ -100,7 +100,7 @@ pub fn move_rods(rods: &mut [f64; 2], command: &WireCommand, obedience: f64, tim
     }
 }
 
-/// Whether the valves follow, each open at least that far.
+/// Whether the valves follow, each open by more than `opening` to either side.
 pub fn follows(command: &WireCommand, opening: f64) -> bool {
     let mut openings = command.opening.iter();
     command.mode() == Mode::Follow && openings.all(|found| found.abs() > opening)

@@ -35,11 +35,11 @@ pub struct Steered {
     // a test moves several of them
     monitor: Option<Box<MonitorProgram<'static>>>,
     control: Option<ControlProgram<'static>>,
-    /// While they hang, time goes on without them.
+    /// Whether the loops hang: time then goes on without them.
     pub hang: bool,
-    /// Of a monitor that is started next.
+    /// Policy for untimed sessions of the monitor that is started next.
     pub untimed: Untimed,
-    /// The commissioning that a monitor is bound to which is started next.
+    /// Commissioning to which the monitor that is started next is bound.
     pub commissioning: Option<&'static Commissioning>,
 }
 
@@ -78,7 +78,7 @@ impl Steered {
         self.monitor = Some(Box::new(started));
     }
 
-    /// What the monitor that runs was asked to trust, and does not.
+    /// Returns the signals that the running monitor was asked to trust, and does not.
     pub fn not_trusted(&self) -> Proofs {
         self.monitor.as_ref().unwrap().not_trusted()
     }
@@ -100,7 +100,7 @@ impl Steered {
         self.control = None;
     }
 
-    /// From one look at the clock to the next the loops take so long.
+    /// Makes the loops take this time from one look at the clock to the next.
     pub fn slow_down(&mut self, look: Duration) {
         self.clock.look_ns.set(look.as_nanos() as i64);
     }

@@ -7,7 +7,7 @@ use tipwatch_live::system::clock::Clock;
 #[derive(Debug)]
 pub struct SteeredClock {
     pub now_ns: Cell<i64>,
-    /// How long it is from one look at the clock to the next.
+    /// Time from one look at the clock to the next (ns).
     pub look_ns: Cell<i64>,
 }
 
@@ -19,7 +19,7 @@ impl Clock for SteeredClock {
 }
 
 impl SteeredClock {
-    /// It stands at this time.
+    /// Returns a clock that stands at this time.
     pub fn at(now_ns: i64) -> Self {
         Self {
             now_ns: Cell::new(now_ns),

@@ -9,7 +9,7 @@ use super::support_id::SupportId;
 pub struct TorqueJoint {
     /// The body moved by the joint.
     pub body: usize,
-    /// Whether the joint supports each body, that is, whether it is in the distal subtree.
+    /// Whether the joint supports each body: whether the body is in the joint's distal subtree.
     pub supports_body: Vec<bool>,
     /// Whether each wheel is in the distal subtree.
     pub supports_wheel: Vec<bool>,
@@ -19,7 +19,7 @@ pub struct TorqueJoint {
 /// has some but not all wheels in its distal subtree, or the load of a support itself.
 #[derive(Debug, Clone)]
 pub struct ActuatedJoint {
-    /// Where the force acts.
+    /// The place where the force acts.
     pub source: ForceSource,
     /// The linkage's pivot, its cylinder's hinge, its rod; none for the load of a support.
     pub steps: Vec<TorqueJoint>,
@@ -32,7 +32,7 @@ pub struct ActuatedJoint {
     pub friction_share: f64,
 }
 
-/// Where a measured force acts.
+/// The place where a measured force acts.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ForceSource {
     /// In the actuator of the linkage with this index.
@@ -41,7 +41,7 @@ pub enum ForceSource {
     Support {
         /// Its name.
         name: String,
-        /// Which support.
+        /// The support.
         support: SupportId,
         /// Its place among the wheels while it is on the ground.
         wheel: Option<usize>,
@@ -67,8 +67,8 @@ impl ActuatedJoint {
         }
     }
 
-    /// Where the support whose load it measures is among the wheels; `None` for a linkage, and for a support that is off
-    /// the ground.
+    /// Returns the place among the wheels of the support whose load this joint measures; `None` for a linkage, and for a support
+    /// that is off the ground.
     #[must_use]
     pub fn support_place(&self) -> Option<usize> {
         match self.source {

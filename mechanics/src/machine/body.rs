@@ -28,7 +28,7 @@ pub struct Body {
     pub joint_in_parent: Vector3<f64>,
     /// Inertial parameters in the body's frame.
     pub inertia: Inertia,
-    /// The same as moments, by the groups of its links; groups without mass are omitted.
+    /// Moments of that inertia, by the groups of its links; groups without mass are omitted.
     pub parts: Vec<(LinkGroup, MassMoments)>,
 }
 
@@ -87,11 +87,11 @@ pub struct Link {
     pub body_from_link: Isometry3<f64>,
     /// Its inertial parameters in the body's frame, without payloads.
     pub inertia: Inertia,
-    /// The same as moments.
+    /// Moments of that inertia.
     pub moments: MassMoments,
     /// The part of the machine that it belongs to.
     pub group: LinkGroup,
-    /// How well it is known, where the machine file states that.
+    /// Uncertainty of the link, where the machine file states it.
     pub sigma: LinkSigma,
     /// Standard deviation of each element of its inertia (kg m^2), where an impossible one was replaced.
     pub inertia_sigma: Option<f64>,
@@ -102,7 +102,8 @@ pub struct Link {
 pub struct MeasuredJoint {
     /// Name in the URDF and in the log.
     pub name: String,
-    /// Whether the log contains it. Only a wheel's spin joint and one with a constant position may be missing.
+    /// Whether the log contains the joint's position. Only a wheel's spin joint and a joint with a constant position may be
+    /// missing.
     pub logged: bool,
     /// Its position from the machine file (rad or m), where the log does not contain it.
     pub constant: Option<f64>,
@@ -132,11 +133,11 @@ pub struct Mount {
     pub body: usize,
     /// Its pose in the body's frame.
     pub body_from_mount: Isometry3<f64>,
-    /// Where its pose is from.
+    /// Source of the mount's pose.
     pub source: MountSource,
 }
 
-/// Where the pose of a mount is from. Shown as it stands in reports.
+/// Source of the pose of a mount. Shown as it stands in reports.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum MountSource {
     /// The machine file.
@@ -160,7 +161,7 @@ pub enum MountSource {
         /// The frame of the messages, which is nowhere known, if they have one.
         frame: Option<String>,
     },
-    /// There is no sensor: what it would measure is computed at the base origin.
+    /// There is no sensor: its measurement is computed at the base origin.
     NoSensor,
     /// The base frame, to which motion or wrench was moved.
     Base,
@@ -206,13 +207,14 @@ pub struct Payload {
     pub group: LinkGroup,
     /// Standard deviation of its mass (kg), where it is stated.
     pub mass_sigma: Option<f64>,
-    /// Whether its mass is to be estimated; zero until then.
+    /// Whether the payload's mass is to be estimated; zero until then.
     pub is_estimated: bool,
     /// Its inertial parameters in the body's frame.
     pub inertia: Inertia,
-    /// The same as moments.
+    /// Moments of that inertia.
     pub moments: MassMoments,
-    /// Whether its mass is known row by row. Its inertia is then that of a kilogram, and its share in a state is its mass (kg).
+    /// Whether the payload's mass is known row by row. Its inertia is then that of a kilogram, and its share in a state is its
+    /// mass (kg).
     pub is_by_row: bool,
     /// The signal that states its mass.
     pub signal: Option<MassSignal>,
@@ -223,13 +225,13 @@ pub struct Payload {
 }
 
 impl Payload {
-    /// Whether its mass is estimated row by row: how uncertain it is belongs to the state.
+    /// Whether the payload's mass is estimated row by row: the state then holds its standard deviation.
     #[must_use]
     pub fn is_weighed(&self) -> bool {
         self.is_by_row && self.is_estimated
     }
 
-    /// Whether it is attached all the time, with a mass that is known beforehand.
+    /// Whether the payload is attached all the time, with a mass that is known beforehand.
     #[must_use]
     pub fn is_always(&self) -> bool {
         !self.is_by_row && self.window_s.iter().all(|time| time.is_infinite())

@@ -28,7 +28,7 @@ use super::wheel::Wheel;
 /// Limits of a joint that turns on are given as a turn, rounded (rad).
 const TURN_TOLERANCE_RAD: f64 = 0.1;
 
-/// A mass of more than so many times the machine's is an error value of a scale.
+/// Mass, as a multiple of the machine's, above which a reading is an error value of a scale.
 pub const MOST_MASSES: f64 = 3.0;
 /// An empty scale may show less than nothing by this share of the machine's mass.
 const EMPTY_SHARE: f64 = 0.01;
@@ -151,7 +151,7 @@ impl Machine {
         &self.notes
     }
 
-    /// Impossible inertias of the URDF and what replaces them.
+    /// Returns the impossible inertias of the URDF and their replacements.
     #[must_use]
     pub fn replaced_inertias(&self) -> &[ImpossibleInertia] {
         &self.replaced_inertias
@@ -169,8 +169,8 @@ impl Machine {
         &self.load_sensors
     }
 
-    /// What the controller asks of joints, in the order of their names in the machine file. A joint that no message measures has
-    /// none.
+    /// Rates that the controller commands, in the order of the joints' names in the machine file. A joint that no message
+    /// measures has none.
     #[must_use]
     pub fn joint_commands(&self) -> &[JointCommand] {
         &self.joint_commands
@@ -188,7 +188,7 @@ impl Machine {
         &self.plausibility
     }
 
-    /// Its active suspension.
+    /// Returns the active suspension; `None` without one.
     #[must_use]
     pub fn suspension(&self) -> Option<&Suspension> {
         self.suspension.as_ref()
@@ -292,8 +292,8 @@ impl Machine {
         -EMPTY_SHARE * self.mass()..=MOST_MASSES * self.mass()
     }
 
-    /// What a payload that is attached and weighs nothing has for its mass in a state (kg): an exact zero is that of one that is not
-    /// attached, whose mass has no error.
+    /// Mass in a state (kg) of an attached payload that weighs nothing: an exact zero is that of a payload that is not attached,
+    /// whose mass has no error.
     pub const EMPTY_PAYLOAD: f64 = 1e-9;
 
     /// A mass of an attached payload (kg), NaN if none can have it.
@@ -324,7 +324,7 @@ impl Machine {
         &self.estimator
     }
 
-    /// How far ahead loads are predicted, and by which motions.
+    /// Settings of the prediction: horizon and assumed motions.
     #[must_use]
     pub fn prediction(&self) -> &PredictionSpec {
         &self.prediction

@@ -1,4 +1,4 @@
-//! How the ground carries the wheels.
+//! Contact between wheels and ground.
 
 use super::actuated_joint::{ActuatedJoint, ActuatorSignal, TorqueJoint};
 use super::spec::Ground;
@@ -22,7 +22,7 @@ pub struct Contact {
     pub radii_differ: bool,
     /// Whether the tyres' stiffness is known, so that their deflection is included.
     pub tyres_deflect: bool,
-    /// Whether the machine file declares the ground flat.
+    /// The shape of the ground that the machine file declares.
     pub ground: Ground,
     /// Mean stiffness of the tyres (N/m), if the ground is flat and the stiffness known: then the wheels' heights
     /// off a common plane deflect the tyres.
@@ -81,7 +81,7 @@ impl Contact {
         }
     }
 
-    /// Updates them for another tyre stiffness; z stays the same.
+    /// Updates mean stiffness and warp for another tyre stiffness; z stays the same.
     pub(super) fn renew_warp(&mut self, wheels: &[Wheel]) {
         self.mean_stiffness = self.mean_stiffness.map(|_| mean_stiffness(wheels));
         let exchange = self.warp.take().map(|warp| warp.exchange);

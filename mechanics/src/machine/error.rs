@@ -21,9 +21,9 @@ pub enum MachineError {
         file: String,
         /// Line of the element, counted from 1.
         line: u32,
-        /// What URDF requires there.
+        /// The content that URDF requires there.
         expected: String,
-        /// What was found there.
+        /// The content of the URDF there.
         found: String,
     },
     /// Several errors of one file, all that were found.
@@ -39,7 +39,7 @@ pub enum MachineError {
     Inertias {
         /// Name of the URDF.
         file: String,
-        /// What each is, and what would be used instead.
+        /// The impossible inertias, with the replacement of each.
         inertias: Vec<ImpossibleInertia>,
     },
     /// A name in the machine file that is not in the URDF.
@@ -67,9 +67,9 @@ pub enum MachineError {
         file: String,
         /// Key path, link or joint.
         place: String,
-        /// What is accepted.
+        /// The accepted values, in words.
         expected: String,
-        /// What was found.
+        /// The invalid value.
         found: String,
     },
     /// A value that no machine has: another unit, a mix-up or something missing.
@@ -79,9 +79,9 @@ pub enum MachineError {
         file: String,
         /// Key path or link.
         place: String,
-        /// What a machine has there.
+        /// The plausible values, in words.
         expected: String,
-        /// What was found.
+        /// The implausible value.
         found: String,
         /// The likely correction.
         remedy: String,
@@ -95,7 +95,7 @@ pub enum MachineError {
         linkage: String,
         /// The condition of closure.
         expected: String,
-        /// What the geometry gives.
+        /// The values that the geometry gives.
         found: String,
     },
     /// Movable joints without a source of their position.

@@ -17,10 +17,10 @@ pub fn exactly<'de, T: Deserialize<'de>, const N: usize, D: Deserializer<'de>>(
     array.map_err(|_| D::Error::invalid_length(found, &expected.as_str()))
 }
 
-/// The same for a key that may be left out.
+/// Reads a list of exactly `N` values for a key that may be left out.
 ///
 /// # Errors
-/// There are more or fewer, or one is not a `T`.
+/// There are more or fewer values, or one is not a `T`.
 pub fn exactly_if_any<'de, T: Deserialize<'de>, const N: usize, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Option<[T; N]>, D::Error> {

@@ -69,7 +69,7 @@ pub struct HydraulicParameters {
 }
 
 impl HydraulicsSpec {
-    /// The first parameter that another one makes invalid: its key, what was expected, what was found.
+    /// Returns the first parameter that another one makes invalid: its key, the expected value, the found value.
     pub(crate) fn fault(&self) -> Option<(&'static str, &'static str, String)> {
         if self.rod >= self.bore {
             return Some(("rod", "a diameter below the bore", self.rod.to_string()));

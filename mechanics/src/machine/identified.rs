@@ -16,7 +16,7 @@ use super::unknown::Unknown;
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct IdentifiedSpec {
-    /// What was identified from, for the reader.
+    /// Sources of the identification, such as logs, for the reader.
     #[serde(default)]
     pub from: Vec<String>,
     /// Names of the parameters.
@@ -118,13 +118,13 @@ impl Identified {
     }
 }
 
-/// Constant errors of sensors, to be added to what they measure.
+/// Constant errors of sensors, to be added to their measurements.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct SensorCorrections {
-    /// By joint (rad or m).
+    /// Corrections of the positions, by joint (rad or m).
     pub(crate) position: Vec<f64>,
-    /// By axis of the IMU (m/s^2).
+    /// Corrections of the specific force, by axis of the IMU (m/s^2).
     pub(crate) specific_force: [f64; 3],
-    /// By axis of the IMU (rad/s).
+    /// Corrections of the angular velocity, by axis of the IMU (rad/s).
     pub(crate) angular_velocity: [f64; 3],
 }

@@ -46,7 +46,7 @@ impl Identified {
 }
 
 impl SensorCorrections {
-    /// Of a machine with these changes.
+    /// Returns the corrections of a machine with these changes.
     pub(crate) fn of(machine: &Machine, changes: &[(Parameter, f64)]) -> Self {
         let mut found = Self {
             position: vec![0.0; machine.joints.len()],
@@ -65,14 +65,14 @@ impl SensorCorrections {
 }
 
 impl Machine {
-    /// What an identification told of it.
+    /// Returns the result of an identification; `None` without one.
     #[must_use]
     pub fn identified(&self) -> Option<&Identified> {
         self.identified.as_ref()
     }
 
-    /// What encoders show (rad or m, in the order of [`Machine::joints`]), with the identified errors of their zeros
-    /// corrected.
+    /// Corrects the measured joint positions (rad or m, in the order of [`Machine::joints`]) by the identified errors of the
+    /// encoders' zeros.
     pub fn correct_positions(&self, positions: &mut [f64]) {
         if let Some(corrections) = &self.corrections {
             let pairs = positions.iter_mut().zip(&corrections.position);
@@ -80,7 +80,7 @@ impl Machine {
         }
     }
 
-    /// The same for the motion of the joints.
+    /// Corrects the positions in the motion of the joints in the same way.
     pub(crate) fn correct_joints(&self, joints: &mut [Motion<f64>]) {
         if let Some(corrections) = &self.corrections {
             let pairs = joints.iter_mut().zip(&corrections.position);
@@ -88,20 +88,20 @@ impl Machine {
         }
     }
 
-    /// What the accelerometer shows (m/s^2, in its axes), with its identified bias corrected.
+    /// Returns the measured specific force (m/s^2, in the accelerometer's axes) with the identified bias corrected.
     #[must_use]
     pub fn correct_specific_force(&self, measured: &Vector3<f64>) -> Vector3<f64> {
         let correction = self.corrections.as_ref().map(|by| by.specific_force);
         correction.map_or(*measured, |by| measured + Vector3::from(by))
     }
 
-    /// What the gyro shows (rad/s, in its axes), with its identified bias corrected.
+    /// Returns the measured angular velocity (rad/s, in the gyro's axes) with the identified bias corrected.
     pub(crate) fn correct_angular_velocity(&self, measured: &Vector3<f64>) -> Vector3<f64> {
         let correction = self.corrections.as_ref().map(|by| by.angular_velocity);
         correction.map_or(*measured, |by| measured + Vector3::from(by))
     }
 
-    /// The same machine with other stated uncertainties.
+    /// Returns the machine with other stated uncertainties.
     #[must_use]
     pub fn with_uncertainty(mut self, uncertainty: UncertaintySpec) -> Self {
         self.uncertainty = uncertainty;

@@ -13,7 +13,7 @@ const BALL_DENSITY: f64 = 1000.0;
 /// Standard deviation of a replaced inertia, as a share of its largest principal moment.
 const REPLACED_SIGMA_SHARE: f64 = 0.5;
 
-/// An inertia of the URDF that no body has, and what is used instead where that is accepted.
+/// An inertia of the URDF that no body has, and its replacement where that is accepted.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ImpossibleInertia {
     /// Name of the link.
@@ -22,13 +22,13 @@ pub struct ImpossibleInertia {
     pub mass_kg: f64,
     /// Its share of the machine's mass.
     pub mass_share: f64,
-    /// What is wrong.
+    /// The fault of the inertia.
     pub fault: InertiaFault,
     /// Principal moments as stated, ascending (kg m^2).
     pub stated_kg_m2: [f64; 3],
     /// Principal moments of the replacement, ascending (kg m^2).
     pub used_kg_m2: [f64; 3],
-    /// What replaces it.
+    /// The kind of replacement.
     pub replacement: Replacement,
     /// Its share of a wheel load that the difference can make up (N): the largest moment of the difference times
     /// an angular acceleration of 5 rad/s^2, over the smaller of track and wheelbase.
@@ -37,14 +37,14 @@ pub struct ImpossibleInertia {
     pub(crate) used: Inertia,
 }
 
-/// What is wrong with an inertia.
+/// A fault of an inertia.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum InertiaFault {
     /// A principal moment is negative.
     Negative,
     /// The largest principal moment exceeds the sum of the other two.
     Triangle {
-        /// By this share of the sum.
+        /// Excess of the largest moment over that sum, as a share of it.
         by: f64,
     },
     /// There is none, for a mass that needs one.
@@ -58,7 +58,7 @@ pub enum InertiaFault {
     },
 }
 
-/// What replaces an impossible inertia.
+/// A replacement of an impossible inertia.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Replacement {
     /// The inertia of a box around the shape of the link, with these edges (m).
@@ -85,7 +85,7 @@ impl Replacement {
 }
 
 impl InertiaFault {
-    /// What is wrong with principal moments in ascending order; `None` for possible ones, up to rounding.
+    /// Returns the fault of principal moments in ascending order; `None` for possible moments, up to rounding.
     pub(super) fn of([small, middle, large]: [f64; 3]) -> Option<Self> {
         let allowed = ROUNDING_SHARE * large.abs();
         if small < -allowed {
@@ -123,7 +123,7 @@ impl InertiaFault {
 }
 
 impl ImpossibleInertia {
-    /// The link, its figures, what is wrong and its effect, as one line.
+    /// Returns the link, its figures, the fault and its effect, as one line.
     #[must_use]
     pub fn text(&self) -> String {
         let [small, middle, large] = self.stated_kg_m2.map(figure);

@@ -17,7 +17,7 @@ pub struct Inertia {
     pub about_com: Matrix3<f64>,
 }
 
-/// The same parameters as moments about the origin of the frame, in which wrenches are linear.
+/// Inertial parameters as moments about the origin of the frame, in which wrenches are linear.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MassMoments {
     /// Mass (kg).
@@ -56,7 +56,7 @@ impl Inertia {
         }
     }
 
-    /// The same body expressed in frame `a`, in which this frame has the pose `a_from_this`.
+    /// Returns the body's parameters expressed in frame `a`, in which this frame has the pose `a_from_this`.
     #[must_use]
     pub fn transformed(&self, a_from_this: &Isometry3<f64>) -> Self {
         let rotation = a_from_this.rotation.to_rotation_matrix();
@@ -67,7 +67,7 @@ impl Inertia {
         }
     }
 
-    /// Both bodies rigidly connected, in their common frame.
+    /// Returns the parameters of both bodies rigidly connected, in their common frame.
     #[must_use]
     pub fn welded(&self, other: &Self) -> Self {
         let mass = self.mass + other.mass;

@@ -72,9 +72,9 @@ pub struct LinkageMotion<T> {
 /// completes a right-handed pair about the pivot's axis.
 #[derive(Debug, Clone, Copy)]
 struct Triangle {
-    /// From the hinge to the pivot (m).
+    /// Vector from the hinge to the pivot (m).
     d: Vector2<f64>,
-    /// From the pivot to the eye at pivot angle zero (m).
+    /// Vector from the pivot to the eye at pivot angle zero (m).
     e0: Vector2<f64>,
     /// Eccentricity h: y of the eye at cylinder angle zero (m).
     eccentricity: f64,
@@ -82,7 +82,7 @@ struct Triangle {
     length_at_zero: f64,
     /// +1 if a positive pivot angle turns e counter-clockwise in the plane, else -1.
     pivot_sign: f64,
-    /// The same for the cylinder's hinge.
+    /// +1 if a positive angle of the cylinder's hinge turns the cylinder counter-clockwise in the plane, else -1.
     cylinder_sign: f64,
     /// Sign of sin(theta - theta_0), theta_0 the pivot angle at the longest actuator: selects the branch.
     branch: f64,
@@ -265,11 +265,11 @@ impl Triangle {
 /// The bodies moved by a linkage's joints.
 #[derive(Debug, Clone, Copy)]
 pub struct LinkageBodies {
-    /// That of the pivot.
+    /// Body of the pivot.
     pub pivot: usize,
-    /// That of the cylinder's hinge.
+    /// Body of the cylinder's hinge.
     pub cylinder: usize,
-    /// That of the rod.
+    /// Body of the rod.
     pub rod: usize,
 }
 
@@ -473,7 +473,7 @@ impl Survey<'_> {
         Ok(())
     }
 
-    /// On which side of its longest position the actuator works.
+    /// Returns the sign of the side of its longest position on which the actuator works.
     fn branch(&self, t: &Triangle) -> f64 {
         // sin(near - theta_0) has the sign of sin(near) P - cos(near) Q
         if self.near.sin() * t.p - self.near.cos() * t.q < 0.0 {

@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use super::{Inertia, LinkGroup, Machine, MassMoments, Mount, MountSource, Payload};
 
-/// Where a load on the tool is carried.
+/// The place where a load on the tool is carried.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoadOnTool {
     /// Index of the link at which it acts.
@@ -13,14 +13,14 @@ pub struct LoadOnTool {
     pub link: usize,
     /// The body that carries it.
     pub body: usize,
-    /// Where, in the body's frame (m): the centre of mass of the tool, or its origin where it has no mass.
+    /// The place in the body's frame (m): the centre of mass of the tool, or its origin where it has no mass.
     pub place: Vector3<f64>,
 }
 
 impl Machine {
-    /// Where a load on the tool is carried: by `arm.tool` of the machine file, else by the link with mass at the end of the
-    /// arm. Of a tool without mass, such as a frame at the tip of a bucket, the mass is that of the heaviest link welded to it, else
-    /// of the link with mass at the end of the arm. `None` without an arm.
+    /// Returns the place where a load on the tool is carried: by `arm.tool` of the machine file, else by the link with mass at
+    /// the end of the arm. Of a tool without mass, such as a frame at the tip of a bucket, the mass is that of the heaviest link
+    /// welded to it, else of the link with mass at the end of the arm. `None` without an arm.
     #[must_use]
     pub fn load_on_tool(&self) -> Option<LoadOnTool> {
         let depth = |link: &usize| {
@@ -79,7 +79,7 @@ impl Machine {
         machine
     }
 
-    /// This machine with so much more mass (kg), less where negative, where it carries a load on the tool. `None` without an
+    /// Returns this machine with `more` mass (kg), less where negative, where it carries a load on the tool. `None` without an
     /// arm, and where less than nothing would remain.
     #[must_use]
     pub fn with_more_on_tool(&self, more: f64) -> Option<Self> {
@@ -115,7 +115,8 @@ mod tests {
     use crate::MachineSpec;
     use crate::machine::LogFacts;
 
-    /// A frame at the tip of the tool is where a load acts; what can be taken is the mass of what it is welded to.
+    /// A load acts at a frame at the tip of the tool; the mass that can be taken off is that of the link to which the frame is
+    /// welded.
     #[test]
     fn a_tool_without_mass_has_that_of_what_it_is_welded_to() {
         let spec = include_str!("../../tests/data/rigid.toml")

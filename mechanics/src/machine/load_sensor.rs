@@ -12,7 +12,7 @@ pub struct LoadSensor {
     pub supports: Vec<SupportId>,
     /// Standard deviation of its systematic error (N).
     pub sigma: f64,
-    /// Where the log contains it (N).
+    /// Field of the log that contains the load (N).
     pub field: FieldSpec,
 }
 
@@ -30,7 +30,7 @@ impl LoadSensor {
 }
 
 impl LoadSumFields {
-    /// As stated, or the names of its supports.
+    /// Returns the stated name, or else the names of the sensor's supports.
     pub(super) fn sensor_name(&self) -> String {
         let name = self.name.clone();
         name.unwrap_or_else(|| self.wheels.join("_"))
@@ -38,7 +38,7 @@ impl LoadSumFields {
 }
 
 impl SignalsSpec {
-    /// Where a log contains each load sensor, with its name, in the order of
+    /// Returns the field of each load sensor, with the sensor's name, in the order of
     /// [`Machine::load_sensors`](super::Machine::load_sensors).
     pub fn load_fields_mut(&mut self) -> impl Iterator<Item = (String, &mut FieldSpec)> {
         let singles = self.wheels.iter_mut();

@@ -101,7 +101,7 @@ pub(crate) use parameters_of::links_with_mass;
 pub use payload_signal::{Lift, PayloadQuantity, PayloadSignal};
 pub use plausibility_spec::{PlausibilitySpec, Policy};
 pub use prediction_spec::{JointStopSpec, PredictionSpec};
-pub use proofs::{Proof, Proofs, SessionProofs};
+pub use proofs::{Commissioned, Proof, Proofs, SessionProofs};
 pub use quasi_static::{JointMotionSpec, QuasiStaticMode, QuasiStaticSpec};
 pub use reference::{Reference, ReferencePosture};
 pub(crate) use sampled::ParameterSampler;

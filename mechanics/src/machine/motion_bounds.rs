@@ -1,4 +1,4 @@
-//! How a machine can move between the rows of a sparse log.
+//! Bounds of a machine's motion between the rows of a sparse log.
 
 use super::checked::Machine;
 use super::quasi_static::QuasiStaticSpec;
@@ -13,13 +13,13 @@ pub struct JointBounds {
 }
 
 impl Machine {
-    /// How the machine may move between the rows of a sparse log.
+    /// Bounds of the machine's motion between the rows of a sparse log.
     #[must_use]
     pub fn quasi_static(&self) -> &QuasiStaticSpec {
         &self.quasi_static
     }
 
-    /// Whether rows without neighbours are static.
+    /// Whether a row without neighbouring samples counts as static, and not as invalid.
     #[must_use]
     pub fn is_quasi_static(&self) -> bool {
         self.is_quasi_static

@@ -1,4 +1,4 @@
-//! What a reader must know about a machine or a result, and of which kind it is.
+//! Notes to the reader about a machine or a result, each with its kind.
 
 use std::borrow::Borrow;
 use std::fmt;
@@ -6,7 +6,7 @@ use std::ops::Deref;
 
 use serde::{Serialize, Serializer};
 
-/// What a note is about. Programs decide by it, never by the words.
+/// Kind of a note. Programs decide by the kind, never by the words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NoteKind {
     /// An assumption, a substitute, an anomaly.

@@ -12,27 +12,27 @@ pub trait OneOf<'de>: Sized {
     /// The forms, with an example.
     const EXPECTED: &'static str;
 
-    /// From true or false.
+    /// Creates the value from true or false, where it can be one.
     fn of_bool(_: bool) -> Option<Self> {
         None
     }
 
-    /// From a number.
+    /// Creates the value from a number, where it can be one.
     fn of_number(_: f64) -> Option<Self> {
         None
     }
 
-    /// From a text.
+    /// Creates the value from a text, where it can be one.
     fn of_text(_: &str) -> Option<Self> {
         None
     }
 
-    /// From a list.
+    /// Creates the value from a list, where it can be one.
     fn of_list<A: SeqAccess<'de>>(_: A) -> Option<Result<Self, A::Error>> {
         None
     }
 
-    /// From a table.
+    /// Creates the value from a table, where it can be one.
     fn of_table<A: MapAccess<'de>>(_: A) -> Option<Result<Self, A::Error>> {
         None
     }

@@ -42,13 +42,13 @@ pub struct OutlineLink {
 pub struct OutlineJoint {
     /// Its name.
     pub name: String,
-    /// How it moves.
+    /// Type of motion.
     pub motion: JointMotion,
     /// Its axis in the child link.
     pub axis_in_link: Vector3<f64>,
     /// Its axis in the base frame with all joints at zero.
     pub axis_in_base: Vector3<f64>,
-    /// Whether it is coupled to another joint (`<mimic>`).
+    /// Whether the joint is coupled to another joint (`<mimic>`).
     pub mimics: bool,
     /// Smallest and largest position (rad or m), where the URDF states them.
     pub limits: Option<[f64; 2]>,
@@ -135,7 +135,7 @@ impl Outline {
 }
 
 impl OutlineLink {
-    /// Whether the joint can move.
+    /// Whether the link's joint can move.
     #[must_use]
     pub fn moves(&self) -> bool {
         let motion = self.joint.as_ref().map(|joint| joint.motion);
@@ -204,7 +204,7 @@ fn rotation(origin: Node<'_, '_>) -> Option<UnitQuaternion<f64>> {
     Some(UnitQuaternion::from_euler_angles(roll, pitch, yaw))
 }
 
-/// For each axis of the link, the scale along the mesh axis closest to it.
+/// Returns, for each axis of the link, the scale along the mesh axis closest to it.
 fn scale_in_link(scale: Option<&str>, turn: &UnitQuaternion<f64>) -> [f64; 3] {
     let scale = scale.and_then(triple).unwrap_or([1.0; 3]);
     let of_axis = |axis: Vector3<f64>| scale[turn.inverse_transform_vector(&axis).iamax()];

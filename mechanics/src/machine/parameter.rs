@@ -3,32 +3,36 @@
 use super::support_id::SupportId;
 use super::travel::BaseMotion;
 
-/// An axis of a frame.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Axis {
-    /// The first.
-    X,
-    /// The second.
-    Y,
-    /// The third.
-    Z,
+named! {
+    /// An axis of a frame.
+    #[derive(PartialOrd, Ord)]
+    pub enum Axis {
+        /// The first.
+        X,
+        /// The second.
+        Y,
+        /// The third.
+        Z,
+    }
 }
 
-/// An element of an inertia tensor (not a product of inertia: I_xy = -sum m x y).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum InertiaElement {
-    /// I_xx
-    Xx,
-    /// I_yy
-    Yy,
-    /// I_zz
-    Zz,
-    /// I_xy = I_yx
-    Xy,
-    /// I_xz = I_zx
-    Xz,
-    /// I_yz = I_zy
-    Yz,
+named! {
+    /// An element of an inertia tensor (not a product of inertia: I_xy = -sum m x y), in the order of a
+    /// [`crate::machine::PayloadSpec`].
+    pub enum InertiaElement {
+        /// I_xx
+        Xx,
+        /// I_yy
+        Yy,
+        /// I_zz
+        Zz,
+        /// I_xy = I_yx
+        Xy,
+        /// I_xz = I_zx
+        Xz,
+        /// I_yz = I_zy
+        Yz,
+    }
 }
 
 /// A signal, or a parameter of the machine. Indices refer to the machine's lists; supports keep theirs on every set.
@@ -79,36 +83,16 @@ pub enum Parameter {
     BaseMotion(BaseMotion),
 }
 
-impl Axis {
-    /// The three axes.
-    pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
-
-    /// Name: its letter.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        ["x", "y", "z"][self as usize]
-    }
-}
-
 impl InertiaElement {
-    /// The elements in the order of a [`crate::machine::PayloadSpec`].
-    pub const ALL: [Self; 6] = [Self::Xx, Self::Yy, Self::Zz, Self::Xy, Self::Xz, Self::Yz];
-
     /// Row and column in the tensor.
     #[must_use]
     pub fn place(self) -> (usize, usize) {
         [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)][self as usize]
     }
-
-    /// Name: its two letters.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        ["xx", "yy", "zz", "xy", "xz", "yz"][self as usize]
-    }
 }
 
 impl Parameter {
-    /// Whether it is a signal, which varies with time, and not a parameter of the machine.
+    /// Whether the parameter is a signal, which varies with time, and not a constant of the machine.
     #[must_use]
     pub fn is_signal(self) -> bool {
         matches!(

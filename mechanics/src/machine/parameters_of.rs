@@ -14,7 +14,7 @@ impl Parameter {
         Self::on(machine, &machine.stands_on, has_rule)
     }
 
-    /// Those of a machine on any of its supports, in the same order.
+    /// Returns the parameters of a machine on any of its supports, in the same order.
     pub(super) fn of_all_supports(machine: &Machine) -> Vec<Self> {
         let all: Vec<SupportId> = machine.supports.ids().collect();
         let has_rule = matches!(machine.contact.split, Split::RollMomentDistribution { .. })

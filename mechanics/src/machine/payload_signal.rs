@@ -5,13 +5,13 @@ use super::signals::FieldSpec;
 /// A signal that tells the mass of one or more payloads.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PayloadSignal {
-    /// What it measures.
+    /// The measured quantity.
     pub quantity: PayloadQuantity,
-    /// Where a log contains the number.
+    /// Field of a log that contains the number.
     pub field: FieldSpec,
 }
 
-/// What a signal of payloads measures.
+/// Quantity that a signal of payloads measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PayloadQuantity {
     /// The mass of the payload with this index (kg).

@@ -1,4 +1,4 @@
-//! `[prediction]` of the machine file: how far ahead loads are predicted, and by which motions.
+//! `[prediction]` of the machine file: horizon of the prediction, and the assumed motions.
 
 use std::collections::BTreeMap;
 
@@ -8,11 +8,11 @@ pub(crate) const MOST_POINTS: usize = 32;
 table! {
     /// `[prediction]`: the assumed motions.
     pub struct PredictionSpec {
-        /// How far ahead (s).
+        /// Horizon: time ahead up to which loads are predicted (s).
         horizon: f64 = 2.0, positive;
         /// Number of instants between now and the horizon at which the loads are computed.
         points: usize = 6;
-        /// How old a prediction by which no wheel may lift can become while the level is Safe (s).
+        /// Largest age of a prediction by which no wheel may lift, while the level is Safe (s).
         period: f64 = 0.02, positive;
         /// Deceleration of the platform when it brakes now (m/s^2).
         brake_deceleration: f64 = 3.0, positive;

@@ -20,8 +20,8 @@ pub struct Reference {
 pub struct ReferencePosture {
     /// Joint positions (rad or m) in the order of [`Machine::joints`](crate::Machine::joints).
     pub positions: Vec<f64>,
-    /// Whether the machine file states it in `limits.reference_posture`. Otherwise every joint is at zero, or at
-    /// the limit next to zero.
+    /// Whether the machine file states the posture in `limits.reference_posture`. Otherwise every joint is at zero, or at the
+    /// limit next to zero.
     pub is_stated: bool,
 }
 

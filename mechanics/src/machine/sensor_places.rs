@@ -3,7 +3,8 @@
 use super::{LoadSensor, Machine};
 
 impl LoadSensor {
-    /// Where its supports that are on the ground are in the lists by wheel of `machine`. The others carry nothing.
+    /// Returns the places of the sensor's supports that are on the ground in the lists by wheel of `machine`. The others carry
+    /// nothing.
     pub fn places<'a>(&'a self, machine: &'a Machine) -> impl Iterator<Item = usize> + 'a {
         self.supports.iter().filter_map(|&id| machine.place_of(id))
     }
@@ -17,7 +18,7 @@ impl LoadSensor {
         Some(places.map(|place| loads[place]).sum())
     }
 
-    /// Factors of the loads by wheel of `machine` in what it measures.
+    /// Returns the factors of the loads by wheel of `machine` in the sensor's measurement.
     #[must_use]
     pub fn factors(&self, machine: &Machine) -> Vec<f64> {
         let mut factors = vec![0.0; machine.wheels().len()];

@@ -47,7 +47,7 @@ pub struct MachineSpec {
     pub tracks: BTreeMap<String, TrackSpec>,
     /// The manipulator.
     pub arm: Option<ArmSpec>,
-    /// How well single links are known, by name.
+    /// Uncertainty of single links, by name.
     #[serde(default)]
     pub links: BTreeMap<String, LinkSigma>,
     /// Linear actuators that close a triangle.
@@ -80,7 +80,7 @@ pub struct MachineSpec {
     /// Greatest rates and accelerations between the rows of a sparse log.
     #[serde(default)]
     pub quasi_static: QuasiStaticSpec,
-    /// How far ahead loads are predicted, and by which motions.
+    /// Horizon of the prediction, and the assumed motions.
     #[serde(default)]
     pub prediction: PredictionSpec,
     /// Guessed values that no person has confirmed, by key: `wheels.NAME.radius`, `imu` or
@@ -326,13 +326,13 @@ pub enum PayloadMass {
 pub struct MassSignal {
     /// The number (kg, once scaled): of a load moment indicator, a loader's scale, a sum of jacks, a CAN signal.
     pub signal: FieldSpec,
-    /// How long a sample holds (s).
+    /// Longest time for which a sample holds (s).
     #[serde(default = "mass_max_age")]
     pub max_age: f64,
 }
 
 impl MassSignal {
-    /// How long a sample holds (ns).
+    /// Returns the longest time for which a sample holds (ns).
     #[must_use]
     pub fn max_age_ns(&self) -> i64 {
         (self.max_age * 1e9).min(9e18) as i64
@@ -521,8 +521,8 @@ pub struct SuspensionSpec {
 const MAY_BE_NAN: &str = "identified.nominal";
 
 impl MachineSpec {
-    /// What tells it from other machines: its name, and its serial number where the machine file states one. Both are quoted then, so
-    /// that it is seen where the one ends and the other begins.
+    /// Returns the machine's identity among others: its name, and its serial number where the machine file states one. Both are
+    /// quoted then, so that it is seen where the one ends and the other begins.
     #[must_use]
     pub fn identity(&self) -> String {
         match &self.serial {
@@ -544,8 +544,8 @@ impl MachineSpec {
         linkage.force.as_ref().or_else(of_rod)
     }
 
-    /// Where a log contains the signals of a linkage's force: the force itself, or the pressures on the piston's and on the rod's
-    /// side; none if it binds neither.
+    /// Returns the fields of the signals of a linkage's force: the force itself, or the pressures on the piston's and on the
+    /// rod's side; none if the linkage binds neither.
     #[must_use]
     pub fn signals_of<'a>(&'a self, linkage: &'a LinkageSpec) -> Vec<&'a FieldSpec> {
         match (self.force_of(linkage), &linkage.pressure) {

@@ -1,4 +1,4 @@
-//! How uncertain signals and parameters are, as the machine file states it.
+//! Stated standard deviations of signals and parameters, by the machine file.
 
 use super::Machine;
 use super::parameter::Parameter;

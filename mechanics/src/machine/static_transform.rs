@@ -14,7 +14,7 @@ pub struct StaticTransform {
 }
 
 impl StaticTransform {
-    /// From a position (m) and a quaternion x y z w, not necessarily normalised.
+    /// Creates a transform from a position (m) and a quaternion x y z w, not necessarily normalised.
     #[must_use]
     pub fn new(parent: &str, child: &str, xyz: [f64; 3], xyzw: [f64; 4]) -> Self {
         let [x, y, z] = xyz;

@@ -10,12 +10,13 @@ use super::wheel::Wheel;
 const STEERS: f64 = 0.7;
 
 impl Machine {
-    /// Whether a joint between the base and this body of a wheel, other than that which spins it, turns it about the vertical.
+    /// Whether a joint turns this body of a wheel about the vertical: one between base and body, other than the wheel's spin
+    /// joint.
     pub(crate) fn is_steered(&self, wheel_body: usize) -> bool {
         is_steered(self, wheel_body, wheel_body)
     }
 
-    /// Whether a joint steers a wheel: it turns one about the vertical, and neither spins nor lifts it.
+    /// Whether a joint steers a wheel: the joint turns the wheel about the vertical, and neither spins nor lifts it.
     #[must_use]
     pub fn is_steering(&self, joint: usize) -> bool {
         let is_moved = |body: usize| matches!(self.bodies[body].coupling, JointCoupling::Measured(j) if j == joint);

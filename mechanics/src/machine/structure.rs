@@ -1,11 +1,11 @@
-//! Whether the links and joints of a URDF form a tree: everything that prevents it, at once.
+//! Check that the links and joints of a URDF form a tree; everything that prevents that is reported at once.
 
 use std::collections::HashMap;
 
 use super::error::MachineError;
 use super::urdf::{JOINT_TYPES, Urdf, UrdfJoint, UrdfJointKind, UrdfLink};
 
-/// The links and joints of a URDF by name, and what is wrong with them.
+/// The links and joints of a URDF by name, and their faults.
 pub(super) struct Structure<'a> {
     urdf: &'a Urdf,
     pub(super) link_index: HashMap<&'a str, usize>,

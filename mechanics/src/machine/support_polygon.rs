@@ -23,7 +23,7 @@ pub struct Edge {
     pub from: usize,
     /// Index of the wheel where it ends.
     pub to: usize,
-    /// Whether each wheel lies on it.
+    /// Whether each wheel lies on the edge.
     pub carries: Vec<bool>,
 }
 

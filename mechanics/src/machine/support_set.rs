@@ -32,7 +32,7 @@ pub enum SupportSetError {
     FreeJoints {
         /// Supports on the ground.
         supports: usize,
-        /// Joints that they can balance.
+        /// Largest number of such joints that the supports can balance.
         most: usize,
         /// Joints that carry some of them.
         found: usize,
@@ -59,7 +59,7 @@ impl Machine {
             .flatten()
     }
 
-    /// Where a support is in [`Machine::wheels`] and in every list by wheel; `None` while it is off the ground.
+    /// Returns the place of a support in [`Machine::wheels`] and in every list by wheel; `None` while it is off the ground.
     #[must_use]
     pub fn place_of(&self, support: SupportId) -> Option<usize> {
         self.stands_on.iter().position(|&on| on == support)
@@ -72,10 +72,10 @@ impl Machine {
         place.map_or_else(|| self.supports.support(id), |place| &self.wheels[place])
     }
 
-    /// The same machine on these supports, in any order; reference loads are unknown.
+    /// Returns the machine on these supports, in any order; reference loads are unknown.
     ///
     /// # Errors
-    /// It cannot stand on them.
+    /// The machine cannot stand on them.
     pub fn standing_on(&self, on: &[SupportId]) -> Result<Self, SupportSetError> {
         let supports = Arc::clone(&self.supports);
         let on: Vec<SupportId> = supports.ids().filter(|id| on.contains(id)).collect();

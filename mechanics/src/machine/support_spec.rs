@@ -29,7 +29,7 @@ pub struct SupportSpec {
     pub radius: f64,
     /// Vertical stiffness (N/m), where that of the tyres is stated.
     pub stiffness: Option<f64>,
-    /// When it stands on the ground.
+    /// When the support stands on the ground.
     pub set: Option<PresenceSpec>,
     /// Field of its measured load (N).
     pub force: Option<FieldSpec>,
@@ -77,7 +77,7 @@ fn track_points() -> usize {
     TRACK_POINTS
 }
 
-/// When something is the case.
+/// Condition or times of a support's presence.
 #[derive(Debug, Clone, PartialEq)]
 pub enum PresenceSpec {
     /// Always or never.
@@ -150,7 +150,7 @@ impl TryFrom<toml::Table> for SwitchSpec {
     }
 }
 
-/// What a support is.
+/// Kind of a support.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum SupportKind {
     /// A wheel, caster or skid of `[wheels]`.
@@ -174,18 +174,18 @@ impl SupportKind {
     }
 }
 
-/// How a wheel of [`MachineSpec::wheels`](super::MachineSpec::wheels) came about, and when it stands on the ground.
+/// Origin of a wheel of [`MachineSpec::wheels`](super::MachineSpec::wheels), and when the wheel stands on the ground.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SupportOrigin {
-    /// What it is.
+    /// Kind of the support.
     pub kind: SupportKind,
     /// The contact point, or the wheel's centre, on its link (m).
     pub xyz: [f64; 3],
     /// Vertical stiffness (N/m), where its own table states it.
     pub stiffness: Option<f64>,
-    /// When it stands on the ground.
+    /// When the support stands on the ground.
     pub set: Option<PresenceSpec>,
-    /// Its measured load.
+    /// Measured load of the support.
     pub force: Option<MeasuredLoad>,
 }
 
@@ -201,7 +201,7 @@ pub struct MeasuredLoad {
 }
 
 impl PresenceSpec {
-    /// Whether it changes with time.
+    /// Whether the support's presence changes with time.
     #[must_use]
     pub fn varies(&self) -> bool {
         !matches!(self, Self::Always(_))

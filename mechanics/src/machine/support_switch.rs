@@ -7,14 +7,15 @@ use super::support_spec::{PresenceSpec, SupportKind, SwitchSpec};
 /// A signal that tells whether some supports are set or raised.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SupportSwitch {
-    /// What is read, and from which value on it is on.
+    /// Number that is read, and the value from which the switch is on.
     pub spec: SwitchSpec,
-    /// The supports of which it tells, in order.
+    /// The supports that the switch tells of, in order.
     pub supports: Vec<SupportId>,
 }
 
 impl WheelSpec {
-    /// When a wheel or track is raised; when another support is set.
+    /// Returns the condition under which a wheel or track is raised, or another support is set; `None` if the machine file states
+    /// none.
     #[must_use]
     pub fn told(&self) -> Option<&PresenceSpec> {
         match self.origin.kind {
@@ -23,7 +24,7 @@ impl WheelSpec {
         }
     }
 
-    /// The same, to change it.
+    /// Returns that condition, to change it.
     pub fn told_mut(&mut self) -> Option<&mut PresenceSpec> {
         match self.origin.kind {
             SupportKind::Wheel | SupportKind::TrackPoint => self.raised.as_mut(),

@@ -14,9 +14,9 @@ pub(super) const TRANSITION_S: f64 = 1.0;
 pub struct Supports {
     /// The supports.
     pub all: Vec<Wheel>,
-    /// When each of them stands on the ground.
+    /// Presence of each support on the ground.
     pub presence: Vec<Presence>,
-    /// The signals that tell of them.
+    /// Signals that tell whether supports are set or raised.
     pub switches: Vec<SupportSwitch>,
     /// Time around a change of the set in which the set is unknown (s).
     pub transition_s: f64,
@@ -32,14 +32,14 @@ pub struct Supports {
     pub(super) roll_moment_distribution: Option<f64>,
 }
 
-/// When a support stands on the ground.
+/// Presence of a support on the ground.
 #[derive(Debug, Clone, Default)]
 pub struct Presence {
-    /// For wheels, when it is raised; for others, when it is set. A wheel without is on the ground.
+    /// Condition under which a wheel is raised, or another support set. A wheel without one is on the ground.
     pub told: Option<PresenceSpec>,
-    /// The supports that raise it while all of them are set.
+    /// The supports that raise this one while all of them are set.
     pub raised_by: Vec<SupportId>,
-    /// Its measured load.
+    /// Measured load of the support.
     pub load: Option<MeasuredLoad>,
 }
 
@@ -86,8 +86,8 @@ impl Supports {
         Some(format!("{}.{}", wheel.kind.table(), wheel.name))
     }
 
-    /// The supports that are on the ground where nothing is set or raised that comes and goes: the wheels and what
-    /// is always there.
+    /// Returns the supports on the ground where no support that comes and goes is set, and no wheel is raised: the wheels and the
+    /// supports that are always there.
     #[must_use]
     pub fn at_rest(&self) -> Vec<SupportId> {
         let is_always =
@@ -114,7 +114,7 @@ impl Supports {
         names.join(", ")
     }
 
-    /// Which supports there are, in the order of [`Supports::all`].
+    /// Returns the ids of all supports, in the order of [`Supports::all`].
     pub fn ids(&self) -> impl Iterator<Item = SupportId> + Clone + use<> {
         (0..self.all.len()).map(SupportId::new)
     }
@@ -142,7 +142,7 @@ impl Supports {
         &self.all[id.index()]
     }
 
-    /// When a support stands on the ground.
+    /// Returns the presence of a support on the ground.
     #[must_use]
     pub fn presence_of(&self, id: SupportId) -> &Presence {
         &self.presence[id.index()]

@@ -1,9 +1,9 @@
 //! Tables of the machine file whose keys have defaults, and the ranges of their numbers.
 
-/// What a number may be.
+/// Range of allowed numbers.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Range {
-    /// In words.
+    /// The range in words.
     pub(crate) expected: &'static str,
     holds: fn(f64) -> bool,
 }
@@ -40,7 +40,7 @@ impl Range {
     }
 }
 
-/// A number of a table, with what it may be.
+/// A number of a table, with its allowed range.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Number {
     pub(crate) key: &'static str,
@@ -49,7 +49,7 @@ pub(crate) struct Number {
 }
 
 impl Number {
-    /// Whether it is finite and in its range.
+    /// Whether the number is finite and in its range.
     pub(crate) fn is_in_range(&self) -> bool {
         self.value.is_finite() && (self.range.holds)(self.value)
     }

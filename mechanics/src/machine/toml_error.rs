@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use toml::de::{DeTable, DeValue};
 
-/// The message of an error of this text: the path of its key, line and column, the line itself, and what is wrong.
+/// Returns the message of an error of this text: the path of its key, line and column, the line itself, and the error.
 #[must_use]
 pub fn explained(text: &str, error: &toml::de::Error) -> String {
     let message = without_type_names(error.to_string().trim_end());

@@ -1,4 +1,4 @@
-//! What measured loads can tell of a machine: its parameters and the constant errors of its sensors.
+//! Unknowns of a machine that measured loads can identify: its parameters and the constant errors of its sensors.
 
 use super::parameter::Parameter;
 

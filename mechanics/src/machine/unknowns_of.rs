@@ -6,8 +6,8 @@ use super::unknown::Unknown;
 use super::{InertiaElement, Machine, Parameter};
 
 impl Unknown {
-    /// Everything of a machine whose stated standard deviation is not zero, whichever supports it stands on, in the order
-    /// of [`Parameter::all`].
+    /// Returns the unknowns of a machine whose stated standard deviation is not zero, whichever supports it stands on, in the
+    /// order of [`Parameter::all`].
     #[must_use]
     pub fn all(machine: &Machine) -> Vec<Self> {
         let all = Parameter::of_all_supports(machine).into_iter();
@@ -21,7 +21,7 @@ impl Unknown {
             .collect()
     }
 
-    /// Its name.
+    /// Returns the name of the unknown.
     #[must_use]
     pub fn name(self, machine: &Machine) -> String {
         match self {
@@ -30,7 +30,7 @@ impl Unknown {
         }
     }
 
-    /// Its unit.
+    /// Returns the unit of the unknown.
     #[must_use]
     pub fn unit(self, machine: &Machine) -> &'static str {
         match self {
@@ -62,8 +62,8 @@ impl Unknown {
         }
     }
 
-    /// Derivative of a number with respect to it, from those with respect to all parameters ([`Parameter::all`], which
-    /// is `parameters`).
+    /// Returns the derivative of a number with respect to the unknown, from those with respect to all parameters
+    /// ([`Parameter::all`], which is `parameters`).
     #[must_use]
     pub fn derivative(self, machine: &Machine, parameters: &[Parameter], by: &[f64]) -> f64 {
         let place = |wanted| parameters.iter().position(|&parameter| parameter == wanted);

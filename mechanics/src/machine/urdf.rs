@@ -19,8 +19,7 @@ pub(super) struct Urdf {
     pub(super) file: String,
     pub(super) links: Vec<UrdfLink>,
     pub(super) joints: Vec<UrdfJoint>,
-    /// What is wrong with single elements; [`Tree::build`](super::tree::Tree::build) refuses a URDF with faults, with
-    /// all of them at once.
+    /// Faults of single elements; [`Tree::build`](super::tree::Tree::build) refuses a URDF with faults, with all of them at once.
     pub(super) faults: Vec<MachineError>,
 }
 
@@ -28,9 +27,9 @@ pub(super) struct Urdf {
 pub(super) struct UrdfLink {
     pub(super) name: String,
     pub(super) line: u32,
-    /// In the link's frame, as stated, be it possible or not; `None` for a massless frame.
+    /// Inertia in the link's frame, as stated, be it possible or not; `None` for a massless frame.
     pub(super) inertia: Option<Inertia>,
-    /// Whether it states an inertia without a mass.
+    /// Whether the link states an inertia without a mass.
     pub(super) lacks_mass: bool,
 }
 
@@ -125,7 +124,8 @@ impl Urdf {
     }
 }
 
-/// Why the parser stopped. Entities are never expanded: a few lines of them can stand for gigabytes, or for another file.
+/// Returns the error for a text that the XML parser refused. Entities are never expanded: a few lines of them can stand for
+/// gigabytes, or for another file.
 fn not_read(error: &roxmltree::Error, file: &str) -> MachineError {
     let (expected, found) = match error {
         roxmltree::Error::UnknownEntityReference(name, _) => (
@@ -153,8 +153,8 @@ fn is_template(file: &str, line: u32) -> MachineError {
     }
 }
 
-/// What only a template has: an element of the macro language in its spelling without prefix, or an expression in
-/// place of a name or number. Names of mesh files are not read.
+/// Returns the first element that only a xacro template has: an element of the macro language in its spelling without prefix, or
+/// an expression in place of a name or number. Names of mesh files are not read.
 fn leftover<'a, 'input>(robot: Node<'a, 'input>) -> Option<Node<'a, 'input>> {
     let is_expression = |text: &str| text.contains("${") || text.contains("$(");
     let mut children = robot.children();
@@ -168,7 +168,7 @@ fn leftover<'a, 'input>(robot: Node<'a, 'input>) -> Option<Node<'a, 'input>> {
     })
 }
 
-/// Reads elements. What is wrong is noted, and a neutral value stands in for it, so that one pass finds everything.
+/// Reads elements. Faults are noted, and a neutral value stands in for a faulty one, so that one pass finds everything.
 struct UrdfParser<'a> {
     file: &'a str,
     document: &'a Document<'a>,
@@ -304,7 +304,8 @@ impl UrdfParser<'_> {
         })
     }
 
-    /// Which of two exchanged limits is meant to be which is not for a reader to guess: the joint may count the other way.
+    /// Reads the limits of a joint. Notes exchanged ones as a fault: which is meant to be which is not for a reader to guess, as
+    /// the joint may count the other way.
     fn limits(&self, limit: Node<'_, '_>, joint: &str) -> [f64; 2] {
         let [lower, upper] = ["lower", "upper"].map(|name| self.number_or(limit, name, 0.0));
         if lower > upper {

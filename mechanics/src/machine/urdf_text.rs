@@ -3,18 +3,18 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-/// What a pass over the tags of a text finds.
+/// Result of a pass over the tags of a text.
 #[derive(Debug, Default)]
 struct Tags<'a> {
     /// Prefixes of elements and attributes, each once, in order.
     prefixes: Vec<&'a str>,
-    /// Those that the root element declares.
+    /// Prefixes that the root element declares.
     declared: Vec<&'a str>,
-    /// Where the name of the root element ends.
+    /// Position of the end of the root element's name.
     root_name_end: Option<usize>,
     /// Start of the first element of xacro.
     macro_start: Option<usize>,
-    /// What is left out, in order: an XML declaration that is not at the very beginning, and a document type.
+    /// Parts to leave out, in order: an XML declaration that is not at the very beginning, and a document type.
     left_out: Vec<Range<usize>>,
 }
 

@@ -51,7 +51,7 @@ pub struct WeighedPosture {
     pub slope: Option<[f64; 2]>,
     /// Standard deviation of either slope (rad); default: exact if a slope or level ground is stated.
     pub slope_sigma: Option<f64>,
-    /// Whether nobody knows the slope.
+    /// Whether the slope is unknown.
     #[serde(default)]
     pub slope_unknown: bool,
     /// Loads of single wheels, by name.
@@ -67,7 +67,7 @@ pub struct WeighedPosture {
     pub specific_force: Option<[f64; 3]>,
     /// Standard deviation of that mean along each axis, without its bias (m/s^2).
     pub specific_force_sigma: Option<f64>,
-    /// Whether it was in the posture under evaluation: that of `[weighed]` itself, if it states none.
+    /// Whether the machine was weighed in the posture under evaluation: that of `[weighed]` itself, if it states none.
     #[serde(skip)]
     pub in_evaluated_posture: bool,
 }
@@ -111,7 +111,7 @@ impl WeighedSpec {
 }
 
 impl WeighedPosture {
-    /// Its name.
+    /// Returns the name of the weighing.
     #[must_use]
     pub fn label(&self) -> &str {
         self.name.as_deref().unwrap_or("weighing")
@@ -164,7 +164,7 @@ impl WeighedUnit {
 }
 
 impl WeighedSum {
-    /// Its name, or the names of its wheels.
+    /// Returns the name of the reading, or the names of its wheels.
     #[must_use]
     pub fn label(&self) -> String {
         self.name.clone().unwrap_or_else(|| self.wheels.join(" + "))

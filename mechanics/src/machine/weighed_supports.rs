@@ -1,4 +1,4 @@
-//! What a machine stands on while it is weighed, and how its joints are.
+//! Supports on the ground and joint positions of a machine while it is weighed.
 
 use super::{MeasuredJoint, SupportId, Supports, WeighedPosture};
 

@@ -13,7 +13,7 @@ pub const MAX_WHEELS: usize = 12;
 pub struct Wheel {
     /// Name in the machine file.
     pub name: String,
-    /// What it is.
+    /// Kind of the support.
     pub kind: SupportKind,
     /// The body that carries the wheel's centre.
     pub body: usize,

@@ -1,4 +1,4 @@
-//! What a verdict stands on.
+//! Evidence behind a verdict.
 
 named! {
     /// What a verdict stands on: only what is proven may be called safe.

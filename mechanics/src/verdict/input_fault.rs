@@ -49,8 +49,8 @@ named! {
 }
 
 impl InputFault {
-    /// Whether it is about the values of a sensor, not about whether and when they arrive. A machine that
-    /// overturns brings such faults about by itself.
+    /// Whether the fault is in the values of a sensor, not in whether and when its samples arrive. A machine that overturns
+    /// causes such faults by itself.
     #[must_use]
     pub fn is_about_values(self) -> bool {
         match self {

@@ -23,7 +23,7 @@ pub struct Conditions {
 pub struct RowFacts {
     /// Time of the row (ns), later than that of the preceding row.
     pub time_ns: i64,
-    /// Why the row is invalid, including the reasons of its outcome.
+    /// Reasons for which the row is invalid, including those of its outcome.
     pub reasons: Reasons,
     /// U of the worst wheel; NaN where unknown.
     pub utilisation: f64,
@@ -31,7 +31,7 @@ pub struct RowFacts {
     pub is_wheel_unloaded: bool,
     /// Whether the platform falls, by gyro and attitude alone: danger, whatever is wrong with the rest.
     pub rotates: bool,
-    /// What the loads hang on that nothing has proven.
+    /// Proofs that the loads depend on and that are still missing.
     pub unproven: Proofs,
     /// Input problems since the preceding row.
     pub conditions: Conditions,
@@ -46,11 +46,12 @@ pub struct Verdict {
     pub level: Level,
     /// Level to act on: Danger and model failures persist until they have ended and have been acknowledged.
     pub latched_level: Level,
-    /// What it stands on.
+    /// Evidence behind the level: doubted, assumed or proven.
     pub basis: Basis,
-    /// What the loads hang on that nothing has proven.
+    /// Proofs that the loads depend on and that are still missing.
     pub unproven: Proofs,
-    /// Why `level` is a fault, or raised by cautions, or what casts doubt on it. A level outlasts its causes.
+    /// Faults, cautions and reasons behind a level of fault, a level that cautions raise, or a doubt about the level. A level
+    /// outlasts its causes.
     pub held: HeldProblems,
 }
 
@@ -82,14 +83,18 @@ pub struct Judge {
     /// Time of the last row whose signals contradict each other (ns), while that is held.
     doubt_ns: Option<i64>,
     held: HeldProblems,
+    /// Faults of signals whose implausible samples are left out.
+    left_out: Reasons,
+    /// Whether samples failed to arrive since the fault began to be held.
+    is_missing: bool,
     /// Consecutive rows in danger before the failure, if there is one.
     danger_rows: u32,
     /// Whether the platform rotated about an edge in the last row.
     rotates: bool,
     latch: Latch,
-    /// Whether a known level below the latched one has been reached since the alarm was raised.
+    /// Whether a known level below that of the latched alarm has been reached since the alarm was raised.
     is_over: bool,
-    /// Whether the alarm was taken over and no alarm was raised since.
+    /// Whether the alarm was taken over from the session before or from the disk, and no alarm was raised since.
     is_inherited: bool,
     alarms: u64,
     verdict: Verdict,
@@ -124,6 +129,8 @@ impl Judge {
             caution_ns: None,
             doubt_ns: None,
             held: HeldProblems::default(),
+            left_out: Reasons::NONE,
+            is_missing: false,
             danger_rows: 0,
             rotates: false,
             latch: Latch::default(),
@@ -250,8 +257,10 @@ impl Judge {
     fn hold_problems(&mut self, row: &RowFacts, standing: RowAssessment) {
         self.held.faults.add_all(row.conditions.faults);
         self.held.cautions.add_all(row.conditions.cautions);
+        self.left_out = row.reasons.left_out(self.left_out);
         if standing == RowAssessment::Failed {
             self.held.reasons.add_all(row.reasons);
+            self.is_missing |= row.reasons.have_gap_besides(self.left_out);
             if row.reasons.leave_valid() {
                 // valid inputs, but the uncertainty of the loads cannot be computed
                 self.held.reasons.add(Reason::NotFinite);
@@ -259,6 +268,7 @@ impl Judge {
         }
         if self.fault_ns.is_none() {
             (self.held.faults, self.held.reasons) = (InputFaults::NONE, Reasons::NONE);
+            self.is_missing = false;
         }
         if self.doubt_ns.is_some() {
             self.held.reasons.add(Reason::Contradiction);
@@ -269,11 +279,11 @@ impl Judge {
     }
 
     /// The level during a fault. A machine that overturns leaves the range in which its sensors and the model
-    /// hold: it stays in danger, unless the samples themselves fail to arrive.
+    /// hold: it stays in danger, unless the samples themselves fail to arrive. Samples that are left out because their values are
+    /// implausible have arrived.
     fn fault_level(&self, held: &HeldProblems) -> Level {
         let was_in_danger = self.danger.is_on() && self.danger_rows >= PERSISTENT;
-        let arrives =
-            !held.reasons.have_gap() && held.faults.iter().all(InputFault::is_about_values);
+        let arrives = !self.is_missing && held.faults.iter().all(InputFault::is_about_values);
         if was_in_danger && arrives {
             Level::Danger
         } else {
@@ -355,7 +365,7 @@ impl Judge {
         }
     }
 
-    /// What the verdict stands on. A doubt or a fault is held as long as it keeps the level.
+    /// Returns the evidence behind the verdict. A doubt or a fault counts as long as it keeps the level.
     fn basis(&self, is_ready: bool, unproven: Proofs) -> Basis {
         let is_doubtful =
             self.doubt_ns.is_some() || self.caution_ns.is_some() || self.fault_ns.is_some();

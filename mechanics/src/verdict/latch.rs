@@ -7,7 +7,7 @@ use super::level::Level;
 pub struct Latch {
     /// Level of the alarm: [`Level::Danger`] or [`Level::Fault`]; `None` without an alarm.
     pub level: Option<Level>,
-    /// Whether it was acknowledged. It is then released as soon as it is known to be over.
+    /// Whether the alarm was acknowledged. An acknowledged alarm is released as soon as it is known to be over.
     pub is_acknowledged: bool,
 }
 

@@ -51,7 +51,7 @@ impl Level {
         }
     }
 
-    /// Whether every wheel carries enough load by what the sensors say, proven or not.
+    /// Whether the level says that every wheel carries enough load, be the sensors proven or not.
     #[must_use]
     pub fn sees_no_danger(self) -> bool {
         matches!(self, Self::Safe | Self::Assumed)

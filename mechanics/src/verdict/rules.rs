@@ -350,6 +350,20 @@ fn three_rows_of_danger_outweigh_signals_that_become_implausible() {
     // input that does not arrive, as the rows show it
     assert_eq!(rows_in_danger().with(Reason::ImuGap), Level::Fault);
     assert_eq!(rows_in_danger().with(Reason::ImuFault), Level::Danger);
+    // samples that are left out arrive, until one is used again
+    let mut rows = rows_in_danger();
+    for _ in 0..5 {
+        let level = rows.give(|row| {
+            row.utilisation = f64::NAN;
+            row.reasons.add(Reason::JointsFault);
+            row.reasons.add(Reason::JointsGap);
+        });
+        assert_eq!(level, Level::Danger);
+    }
+    assert_eq!(rows.with(Reason::JointsGap), Level::Danger);
+    assert_eq!(rows.good(50), Level::Danger);
+    assert_eq!(rows.judge.verdict().basis, Basis::Doubted);
+    assert_eq!(rows.with(Reason::JointsGap), Level::Fault);
     // rows that tip count, rows below the limit do not
     let mut rows = Rows::safe();
     for _ in 0..3 {

@@ -12,7 +12,7 @@ use rustdds::{
 use super::names::{dds_topic, dds_type};
 use super::payload::{AsBytes, Payload};
 
-/// How long a reliable writer may be held up by a reader.
+/// Longest time that a reader may hold up a reliable writer (ms).
 const HELD_UP_MS: i32 = 10;
 
 /// A participant of a DDS domain.

@@ -16,7 +16,7 @@ use super::payload::{AsBytes, Payload};
 use crate::bridge::input::{Arrival, HostClock, Intake, Lane, LaneId, Wanted};
 use crate::system::clock::monotonic_ns;
 
-/// How often new topics are looked for.
+/// Period at which new topics are looked for.
 const LOOK: Duration = Duration::from_millis(100);
 /// Messages that wait for this thread.
 const DEPTH: i32 = 512;

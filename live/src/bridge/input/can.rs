@@ -11,14 +11,14 @@ use super::host_clock::HostClock;
 use super::queue::{Arrival, Intake, Lane, LaneId};
 use crate::system::clock::monotonic_ns;
 
-/// Where frames come from, and the name of their topic.
+/// Source of CAN frames, and the name of their topic.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CanInput {
     /// The interface, such as `can0`; `-` for candump text on standard input.
     pub interface: String,
     /// The name of its topic in the machine file; `None` for that of the interface.
     pub topic: Option<String>,
-    /// Whether frames of CAN FD come too.
+    /// Whether frames of CAN FD are read too.
     pub is_fd: bool,
 }
 

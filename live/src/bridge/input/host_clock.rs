@@ -40,7 +40,7 @@ impl HostClock {
         self.0.store(ahead_ns(), Ordering::Relaxed);
     }
 
-    /// By how much the clock was set since then (s), if by more than 50 ms.
+    /// Returns by how much the clock was set since the last update (s); `None` if by no more than 50 ms.
     #[must_use]
     pub fn was_set_by_s(&self) -> Option<f64> {
         let by_ns = ahead_ns().saturating_sub(self.unix_ahead_ns());

@@ -1,4 +1,4 @@
-//! What comes in: messages of all networks in one bounded queue, each with its publisher and its sequence number.
+//! Input of the bridge: messages of all networks in one bounded queue, each with its publisher and its sequence number.
 
 mod can;
 mod host_clock;

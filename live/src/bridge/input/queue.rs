@@ -13,7 +13,7 @@ use super::tell::Teller;
 const ROOM: usize = 4096;
 /// Messages of one topic that are taken per second, far above any sensor; and those that may come at once.
 const MOST_PER_S: f64 = 2000.0;
-/// The same of the frames of a bus: above what 1 Mbit/s carries.
+/// Frames of a bus that are taken per second: above what 1 Mbit/s carries.
 const MOST_FRAMES_PER_S: f64 = 20_000.0;
 const BURST_S: f64 = 0.25;
 /// Largest message of a sensor (bytes).
@@ -28,11 +28,11 @@ pub struct LaneId(pub usize);
 pub struct Arrival {
     /// Its topic.
     pub lane: LaneId,
-    /// When it arrived (ns), by CLOCK_MONOTONIC.
+    /// Time of arrival (ns), by CLOCK_MONOTONIC.
     pub host_ns: i64,
-    /// What a recorder would have noted as its time (ns): Unix time of arrival, or the time that a bus logger wrote.
+    /// Log time (ns), as a recorder would have noted it: Unix time of arrival, or the time that a bus logger wrote.
     pub log_ns: i64,
-    /// When it was sent (ns), if the network tells.
+    /// Time of sending (ns), if the network tells it.
     pub sent_ns: Option<i64>,
     /// Its publisher; 0 for a bus, which names none.
     pub publisher: u128,
@@ -53,19 +53,19 @@ pub struct Lane {
     pub type_name: String,
     /// Their definition.
     pub definition: String,
-    /// Whether it carries frames of a bus.
+    /// Whether the topic carries frames of a bus.
     pub is_bus: bool,
 }
 
 impl Lane {
-    /// Whether its messages are joint states: several publishers may share it, each with joints of its own.
+    /// Whether the topic carries joint states: several publishers may share the topic, each with joints of its own.
     #[must_use]
     pub fn has_joint_states(&self) -> bool {
         SensorKind::JointStates.is_type(&self.type_name)
     }
 }
 
-/// What became of the messages of a topic at the queue.
+/// Counts of the messages of a topic at the queue: received, and refused by reason.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct LaneCounts {
     /// Messages that came.
@@ -244,7 +244,7 @@ impl Arrivals {
             .collect()
     }
 
-    /// What became of the messages of each topic.
+    /// Returns the counts of the messages of each topic.
     #[must_use]
     pub fn counts(&self) -> Vec<LaneCounts> {
         lock(&self.lanes).iter().map(|state| state.counts).collect()

@@ -6,23 +6,23 @@ use tipwatch_binding::{MachineFile, named_topics};
 use tipwatch_ingest::SensorKind;
 use tipwatch_mechanics::machine::{can_signals, number_topics};
 
-/// What to subscribe to.
+/// Topics and kinds of sensors to subscribe to.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Wanted {
     /// Topics that the machine file names.
     pub names: BTreeSet<String>,
     /// Buses that it names; they may also be topics of frames.
     pub buses: BTreeSet<String>,
-    /// Whether it has CAN signals.
+    /// Whether the machine file has CAN signals.
     pub has_can: bool,
-    /// What the topics of whole messages must carry.
+    /// Kind of sensor whose messages a topic must carry, by name of the topic.
     pub kind_of: BTreeMap<String, SensorKind>,
     /// Kinds of sensors for which it names no topic: they are found by the type of their messages, as in a log.
     pub kinds: Vec<SensorKind>,
 }
 
 impl Wanted {
-    /// Those of a machine file.
+    /// Returns the topics and kinds of sensors that a machine file asks for.
     #[must_use]
     pub fn of(file: &MachineFile) -> Self {
         let named = named_topics(&file.spec);
@@ -71,7 +71,7 @@ impl Wanted {
         (!kind.is_type(type_name)).then(|| kind.type_name())
     }
 
-    /// Whether to subscribe to a topic of ROS.
+    /// Whether a topic of ROS is to be subscribed to.
     #[must_use]
     pub fn wants(&self, name: &str, type_name: &str) -> bool {
         let is_frames = matches!(

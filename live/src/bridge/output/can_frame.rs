@@ -127,7 +127,7 @@ const fn field(name: &'static str, start: u8, length: u8, doc: &'static str) -> 
     }
 }
 
-/// How a number that lies between two steps is rounded.
+/// Direction in which a number between two steps is rounded.
 #[derive(Debug, Clone, Copy)]
 enum Rounding {
     Down,

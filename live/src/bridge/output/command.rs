@@ -16,10 +16,10 @@ use crate::bridge::input::Teller;
 use crate::safety_limits::START_UP_NS;
 use crate::system::clock::unix_ns;
 
-/// How often a running command is looked at.
+/// Period at which a running command is checked.
 const LOOK: Duration = Duration::from_millis(5);
 
-/// When to run which command.
+/// Rule that runs a command from a level on.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CommandRule {
     /// The level from which on.
@@ -35,7 +35,7 @@ pub struct Commands {
     rule: CommandRule,
     /// The level for which the command was run last, while it is reached.
     reached: Option<Level>,
-    /// When the first look was taken (ns), until a verdict has come: a monitor may start after the bridge.
+    /// Time of the first look at the verdict (ns), until one has come: a monitor may start after the bridge.
     waits_since_ns: Option<i64>,
     has_begun: bool,
     shared: Arc<Shared>,
@@ -87,7 +87,7 @@ impl Commands {
     }
 }
 
-/// Whether a level is at least another one; `None` for an unknown one, which is neither.
+/// Whether a level reaches a threshold; `None` for an unknown level, of which neither can be said.
 fn reaches(level: Level, threshold: Level) -> Option<bool> {
     (level != Level::Unknown).then_some(level >= threshold)
 }
@@ -259,6 +259,7 @@ mod tests {
                     edges: Vec::new(),
                     joints: Vec::new(),
                     load_sensors: Vec::new(),
+                    commissioned: Vec::new(),
                 },
                 now_ns: 0,
             }

@@ -1,4 +1,4 @@
-//! What goes out: the verdict as messages of ROS 2, as a CAN frame, and as a command on a level.
+//! Output of the bridge: the verdict as messages of ROS 2, as a CAN frame, and as a command on a level.
 
 mod can_frame;
 mod command;

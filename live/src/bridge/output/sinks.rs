@@ -1,4 +1,4 @@
-//! Where verdicts go: topics of ROS 2, and a CAN bus.
+//! Sinks of verdicts: topics of ROS 2, and a CAN bus.
 
 use std::io::{self, Write};
 
@@ -24,7 +24,7 @@ const FRAME_PERIOD_NS: i64 = 50_000_000;
 const DIAGNOSTICS_PERIOD_NS: i64 = 200_000_000;
 const DEPTH: i32 = 32;
 
-/// When something periodic was last sent, and at which level.
+/// Time of the last message of a periodic output (ns), with its level and whether a verdict was current.
 #[derive(Debug, Default)]
 struct Pace {
     last: Option<(i64, Level, bool)>,

@@ -32,7 +32,7 @@ impl View<'_> {
             .map_or(Level::Fault, |verdict| verdict.verdict().level)
     }
 
-    /// What it stands on: doubted without a current verdict.
+    /// Returns the evidence behind the level: doubted without a current verdict.
     #[must_use]
     pub fn basis(&self) -> Basis {
         self.verdict

@@ -17,12 +17,12 @@ const LEAST_SAMPLES: usize = 3;
 pub struct Assembly {
     /// The session to announce. Its identity is not set.
     pub session: Session,
-    /// What is worth telling: which topic is which sensor, and on which clock.
+    /// Notes for the user: which topic is which sensor, and on which clock.
     pub notes: Vec<String>,
     stream: SampleStream,
     /// The topic of each lane; `None` for lanes that are not in the log of the first messages.
     topics: Vec<Option<TopicId>>,
-    /// Of each request: the sensor, and what is added to its stamps (ns).
+    /// Sensor of each request, and the offset that is added to its stamps (ns).
     sensors: Vec<(Sensor, i64)>,
 }
 
@@ -129,7 +129,7 @@ impl Assembly {
         )
     }
 
-    /// Whether a lane is used.
+    /// Whether the messages of a lane are used.
     #[must_use]
     pub fn knows(&self, lane: LaneId) -> bool {
         self.topics.get(lane.0).is_some_and(Option::is_some)

@@ -1,4 +1,4 @@
-//! Where the clock of the stamps stands by that of this computer.
+//! Offset between the clock of the stamps and that of this computer.
 
 use crate::safety_limits::{DRIFT_WINDOW_NS, MAX_DRIFT_NS, MAX_STAMP_LEAD_NS};
 use crate::wire::session::StampClock;
@@ -21,7 +21,7 @@ pub enum Stamps {
     Other,
 }
 
-/// When samples were measured and when they arrived.
+/// Delays of samples from their stamps to their arrival, of which the smallest is kept.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Delays {
     /// Smallest of arrival by CLOCK_MONOTONIC minus stamp (ns), with its stamp and arrival.
@@ -89,12 +89,12 @@ pub(super) struct StepWatch {
     complete: [Option<Window>; 3],
 }
 
-/// What was seen in a window.
+/// Delay and backward steps of the stamps in a window.
 #[derive(Debug, Clone, Copy, Default)]
 struct Window {
     /// Smallest delay (ns).
     least_ns: i64,
-    /// By how much stamps went back at most (ns).
+    /// Largest step by which stamps went back (ns).
     back_ns: i64,
 }
 

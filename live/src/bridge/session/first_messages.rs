@@ -25,7 +25,7 @@ pub struct FirstMessages {
     tried_ns: i64,
 }
 
-/// Why the machine is not bound yet.
+/// Error of a machine that is not bound yet: messages are missing, or do not match it.
 #[derive(Debug)]
 pub struct Incomplete(pub Error);
 

@@ -11,17 +11,17 @@ const MOST_LOST: u64 = 1_000_000;
 /// The publishers of one topic.
 #[derive(Debug, Clone, Default)]
 pub struct Publishers {
-    /// One, or one for each part of the joints.
+    /// Shares of the publishers: one of the whole topic, or one for each part of the joints.
     shares: Vec<Share>,
 }
 
-/// What one publisher sends of a topic.
+/// Share of one publisher in a topic.
 #[derive(Debug, Clone)]
 struct Share {
     owner: Owner,
     /// The joints that it has named; none for other messages than joint states.
     joints: Vec<Vec<u8>>,
-    /// Until when a second publisher counts as active (ns).
+    /// Time until which a second publisher counts as active (ns); `None` if there is none.
     second_until_ns: Option<i64>,
 }
 
@@ -32,26 +32,26 @@ struct Owner {
     last_ns: i64,
 }
 
-/// Why a message is not used.
+/// Reason for which a message is not used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Refused {
     /// Two publishers send on the topic.
     TwoPublishers,
-    /// It came before.
+    /// The message came before.
     Repeated,
 }
 
-/// What to do with a message.
+/// Decision on a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Admission {
-    /// It is used; so many before it were lost.
+    /// The message is used; `lost` messages before it are missing.
     Used {
         /// Messages lost.
         lost: u64,
     },
-    /// It is left out.
+    /// The message is left out.
     Refused(Refused),
-    /// It is of another publisher, after the one before has gone: a restart.
+    /// The message is of another publisher, after the one before has gone: a restart.
     Restarted,
 }
 
@@ -98,7 +98,7 @@ impl Publishers {
         own.or_else(|| shares().position(|share| share.shares(joints)))
     }
 
-    /// Whether two publishers of the same are active.
+    /// Whether two publishers of the same topic or joints are active.
     #[must_use]
     pub fn are_two(&self) -> bool {
         (self.shares.iter()).any(|share| share.second_until_ns.is_some())
@@ -106,7 +106,7 @@ impl Publishers {
 }
 
 impl Share {
-    /// Whether messages with these joints have something in common with those of this publisher.
+    /// Whether messages with these joints overlap with those of this publisher; messages without joints overlap with all.
     fn shares(&self, joints: &[&[u8]]) -> bool {
         let is_known = |joint: &&[u8]| self.joints.iter().any(|known| known == joint);
         joints.is_empty() || self.joints.is_empty() || joints.iter().any(is_known)

@@ -19,7 +19,7 @@ const MOVED_NS: i64 = 10_000_000_000;
 /// Most sequence numbers left out for one loss: the monitor needs to see that, not to count it.
 const MOST_SKIPPED: u64 = 1000;
 
-/// What became of the messages of a session.
+/// Counts of the messages of a session: sent as samples, lost and refused.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct SessionCounts {
     /// Messages of the topics that are used.
@@ -48,7 +48,7 @@ impl SessionCounts {
     }
 }
 
-/// Why a session ends.
+/// Reason for which a session ends.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Ending {
     /// The program was asked to stop.
@@ -70,7 +70,7 @@ pub struct SessionRun {
     clock: StampClock,
     /// The latest stamp of each sensor (ns), and what its clock does.
     stamps: Vec<(Sensor, i64, StepWatch)>,
-    /// What became of the messages.
+    /// Counts of the messages so far.
     pub counts: SessionCounts,
 }
 
@@ -221,8 +221,8 @@ impl SessionRun {
         }
     }
 
-    /// How many samples the slowest reader lags behind, of a session that wants progress; `None` if there is no reader,
-    /// or one has not reported yet.
+    /// Returns the number of samples that the slowest reader lags behind, in a session that wants progress; `None` if there is no
+    /// reader, or one has not reported yet.
     ///
     /// # Errors
     /// The shared memory fails.
@@ -241,7 +241,7 @@ impl SessionRun {
     }
 }
 
-/// Whether the clock of a sensor was set, or its log begins again.
+/// Takes a stamp of a sensor, and returns the end of the session if the sensor's clock was set or its log begins again.
 fn began_anew(
     stamps: &mut Vec<(Sensor, i64, StepWatch)>,
     clock: StampClock,
@@ -285,7 +285,8 @@ mod tests {
     const MS: i64 = 1_000_000;
     const STAMPS_AHEAD: i64 = 1_700_000_000_000 * MS;
 
-    /// Why a session ends whose stamps move by so much 5.5 s after its begin, and when (ms); `host_skips` by how much the arrival moves.
+    /// Returns the reason and the time (ms) of the end of a session whose stamps move by `stamp_moves_ms`, and the arrivals by
+    /// `host_skips_ms`, 5.5 s after its begin; `None` if the session goes on.
     fn ending(stamp_moves_ms: i64, host_skips_ms: i64) -> Option<(String, i64)> {
         let clock = StampClock {
             stamp_ns: STAMPS_AHEAD,

@@ -25,7 +25,7 @@ pub struct LogFacts<'a> {
     /// Names in its joint states; `None` without a log: then every joint counts as measured unless a linkage
     /// moves it.
     pub joint_names: Option<&'a [String]>,
-    /// Whether the log lacks an IMU: its measurement is then computed at the base origin.
+    /// Whether the log lacks an IMU: a measurement at the base origin is then computed in its place.
     pub lacks_imu: bool,
     /// Frame of its IMU messages.
     pub imu_frame: Option<&'a str>,
@@ -63,7 +63,7 @@ impl MachineSpec {
     }
 }
 
-/// What is checked before the inertias of the tree are final.
+/// Results of the checks before the inertias of the tree are final.
 struct Plausible {
     wheels: Vec<Wheel>,
     inertias: FoundInertias,
@@ -230,7 +230,7 @@ impl Checker<'_> {
         }
     }
 
-    /// The same for the URDF.
+    /// Returns the error of an implausible value in the URDF.
     pub(super) fn implausible_in_urdf(
         &self,
         place: &str,

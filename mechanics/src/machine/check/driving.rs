@@ -86,7 +86,7 @@ impl Checker<'_> {
         }
     }
 
-    /// A joint with the mass that it carries, which is what its position matters for.
+    /// Returns the joint's name with the mass that the joint carries, by which its position matters.
     fn with_carried_mass(&self, joint: &str) -> String {
         let [kg, percent] = self.carried_mass(joint);
         format!("\"{joint}\" (carries {kg} kg, {percent} % of the mass)")
@@ -103,7 +103,7 @@ impl Checker<'_> {
         [carried, 100.0 * carried / mass(0)].map(figure)
     }
 
-    /// Without a log, every joint without a constant counts as logged.
+    /// Whether the log contains a joint; without a log, every joint without a constant counts as logged.
     fn is_logged(&self, joint: &str) -> bool {
         match self.log.joint_names {
             Some(names) => names.iter().any(|n| n == joint),

@@ -10,7 +10,7 @@ use crate::machine::{MachineError, Wheel};
 const DENSITY: [f64; 2] = [3.0, 30_000.0];
 /// Share of the mass that the parts between wheels and arm have at least.
 const LEAST_CARRIER_SHARE: f64 = 0.02;
-/// The same where the root body has no mass at all, as of an articulated machine.
+/// That share where the root body has no mass at all, as of an articulated machine.
 const LEAST_CARRIER_SHARE_WITHOUT_ROOT: f64 = 0.4;
 /// Farthest point as a multiple of the distance between the wheels, and its smallest implausible value (m).
 const FARTHEST: (f64, f64) = (50.0, 20.0);

@@ -12,7 +12,7 @@ use crate::machine::{MachineError, SupportKind, Wheel};
 /// Ratio of a stated radius to that of the URDF's round shape from which they contradict each other: above
 /// the difference of tyre and rim, below that of diameter and radius.
 const CONTRADICTING_RADIUS: f64 = 1.6;
-/// The same for a link that also has a mesh: the round shape may then be the hub.
+/// That ratio for a link that also has a mesh: the round shape may then be the hub.
 const CONTRADICTING_RADIUS_WITH_MESH: f64 = 4.0;
 /// Distance up to which two wheels are at one place (m).
 const ONE_PLACE_M: f64 = 1e-4;
@@ -248,7 +248,8 @@ pub(super) fn widest_distance(wheels: &[Wheel]) -> f64 {
     pairs.fold(0.0, f64::max)
 }
 
-/// What a length was probably given in, by its ratio to the expected one, with the factor to metres.
+/// Returns the name of the unit in which a length was probably given, by its ratio to the expected length, with the factor to
+/// metres; "a diameter" for twice the expected radius.
 fn unit_of(ratio: f64) -> Option<(&'static str, f64)> {
     let units = [
         ("a diameter", 2.0, 0.5),

@@ -24,18 +24,18 @@ const SMALL_MASS_SHARE: f64 = 1e-3;
 /// A change of a load below this share of the mean one is too small to matter.
 const SMALL_LOAD_SHARE: f64 = 1e-3;
 
-/// What the inertias of a URDF are like.
+/// Replaced inertias of a URDF, and notes about them.
 #[derive(Debug, Default)]
 pub(super) struct FoundInertias {
-    /// Those that are replaced.
+    /// Inertias that are replaced.
     pub(super) replaced: Vec<ImpossibleInertia>,
     pub(super) notes: Vec<String>,
 }
 
 impl FoundInertias {
-    /// Checks all inertias against what a body can have on a machine of this mass (kg) with wheels this far apart
-    /// (m). Impossible ones are refused, all at once, unless their effect is too small to matter or the machine file
-    /// accepts their replacements.
+    /// Checks all inertias against those that a body can have on a machine of this mass (kg) with wheels this far apart (m).
+    /// Impossible ones are refused, all at once, unless their effect is too small to matter or the machine file accepts their
+    /// replacements.
     pub(super) fn of(
         (urdf, urdf_name): (&Urdf, &str),
         spec: &MachineSpec,
@@ -107,7 +107,7 @@ fn width(wheels: &[Wheel]) -> f64 {
     extent(|w| w.centre_at_zero.x).min(extent(|w| w.centre_at_zero.y))
 }
 
-/// What an inertia is measured against.
+/// Size and load of the machine that an inertia is compared with.
 struct Scale {
     /// Mass of the machine (kg).
     mass: f64,
@@ -190,8 +190,8 @@ impl Scale {
         }
     }
 
-    /// Whether its rotation changes no load by an amount that matters. An inertia beyond the size of the machine
-    /// suggests a mass in another unit, and one that is missing an omission: neither is small.
+    /// Whether the replacement changes no load by an amount that matters. An inertia beyond the size of the machine suggests a
+    /// mass in another unit, and a missing one an omission: neither is small.
     fn is_small(&self, impossible: &ImpossibleInertia) -> bool {
         let of_figures = matches!(
             impossible.fault,
@@ -203,7 +203,7 @@ impl Scale {
     }
 }
 
-/// Without the noise of a rotation.
+/// Rounds a value to drop the rounding noise of a rotation.
 fn short(value: f64) -> f64 {
     (value * 1e9).round() * 1e-9
 }

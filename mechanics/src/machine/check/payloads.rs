@@ -57,11 +57,11 @@ impl Checker<'_> {
             .collect()
     }
 
-    /// What tells the masses of a machine's payloads. The first linkage with a bound force that carries a payload of unknown mass
-    /// weighs it.
+    /// Adds the signals of the masses of a machine's payloads. The first linkage with a bound force that carries a payload of
+    /// unknown mass weighs it.
     ///
     /// # Errors
-    /// Its force has no error, or weighs another payload at the same time.
+    /// The linkage's force has no error, or weighs another payload at the same time.
     pub(super) fn add_payload_signals(&self, machine: &mut Machine) -> Result<(), MachineError> {
         let mut signals: Vec<PayloadSignal> = Vec::new();
         for index in 0..machine.payloads.len() {
@@ -80,7 +80,7 @@ impl Checker<'_> {
         Ok(())
     }
 
-    /// One force tells one mass, and none without an error of its own.
+    /// Checks that a force has an error of its own, and weighs one payload only.
     fn check_lift(&self, payloads: &[Payload], index: usize) -> Result<(), MachineError> {
         let payload = &payloads[index];
         let Some(lift) = &payload.lift else {

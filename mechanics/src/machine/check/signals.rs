@@ -43,7 +43,7 @@ impl Checker<'_> {
         Ok(())
     }
 
-    /// What a controller asks of those joints that are measured.
+    /// Returns the commanded rates of those joints that are measured.
     pub(super) fn joint_commands(&self, joints: &[MeasuredJoint]) -> Vec<JointCommand> {
         let joint_of = |name: &str| joints.iter().position(|joint| joint.name == name);
         let commands = self

@@ -14,7 +14,7 @@ pub(super) enum End {
     Rear,
 }
 
-/// What a name states; `None` where it says nothing, or where it may mean something else.
+/// Side and end of the machine that a wheel's name states; `None` where the name says nothing, or may mean something else.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct NamedPlace {
     pub(super) side: Option<Side>,
