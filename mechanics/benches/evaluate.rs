@@ -23,10 +23,10 @@ use tipwatch_mechanics::{
 const STATES: usize = 1024;
 const REPEATS: usize = 400;
 
-/// How the peer names its time.
+/// Key of the shortest time (ns) in the peer's JSON output.
 const RNEA_NS: &str = "\"ns_min\"";
 
-/// What is measured, with its name.
+/// A benchmark run: its name and the code to time.
 type Run<'a> = (&'a str, Box<dyn FnMut() + 'a>);
 
 /// Names of the runs.

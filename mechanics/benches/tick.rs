@@ -19,7 +19,7 @@ const ROWS: usize = 2000;
 const REPEATS: usize = 40;
 const PERIOD_NS: i64 = 1_000_000;
 
-/// How much of a row is done.
+/// The last stage of the work on a row that a run includes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Part {
     Estimate,

@@ -9,7 +9,7 @@ use tipwatch_mechanics::{Machine, State};
 const SECONDS: f64 = 20.0;
 const YAW_RATE: f64 = 0.2;
 
-/// What the sensors of a machine on a slope measure.
+/// A machine on a slope: mounting and errors of its sensors, and its motion.
 #[derive(Clone, Copy)]
 struct Case {
     /// Rotation of the IMU in the base: roll, pitch, yaw (rad).
@@ -228,12 +228,9 @@ impl Case {
             .collect();
         let rows = smooth(&machine, &sensors, &samples, RowClock::JointStates);
         let (middle, mut state) = (rows.times_ns.len() / 2, State::zero(&machine));
-        assert!(
-            rows.reasons[middle].is_empty(),
-            "{:?}",
-            rows.reasons[middle]
-        );
-        rows.states.get(middle, &mut state);
+        let reasons = rows.estimated.reasons[middle];
+        assert!(reasons.is_empty(), "{reasons:?}");
+        rows.estimated.states.get(middle, &mut state);
         [
             of(&last.state, last.time_ns as f64 * 1e-9),
             of(&state, rows.times_ns[middle] as f64 * 1e-9),

@@ -7,7 +7,7 @@ use crate::support;
 use proptest::prelude::{Just, Strategy, any, prop_assert, prop_assert_eq, prop_oneof, proptest};
 use tipwatch_mechanics::estimation::plausibility::{FaultSpan, FaultSpans, Plausibility};
 use tipwatch_mechanics::estimation::{
-    BlockSmoother, Pass, RowClock, SampleSource, SensorSamples, SmoothedBlock,
+    BlockSmoother, EstimatedStates, Pass, RowClock, SampleSource, SensorSamples,
 };
 use tipwatch_mechanics::state::{MatchedSensors, OtherSensors, Sample, Sensor, Sensors};
 use tipwatch_mechanics::{Machine, StateColumns};
@@ -36,7 +36,7 @@ impl Recording {
     }
 }
 
-/// What can be wrong with a recording.
+/// Faults of a recording.
 #[derive(Debug, Clone, Copy)]
 struct Disorder {
     seed: u64,
@@ -87,7 +87,7 @@ fn recordings(sensors: &Sensors, case: &Disorder) -> Vec<Recording> {
     recordings_of(sensors, case, 8.0)
 }
 
-/// So many seconds of motion.
+/// Returns the recordings of so many seconds of motion.
 fn recordings_of(sensors: &Sensors, case: &Disorder, seconds: f64) -> Vec<Recording> {
     let mut numbers = Numbers(case.seed);
     let sensors = sensors.iter().map(|sensor| {
@@ -219,17 +219,17 @@ fn faults_one_by_one(
 fn in_blocks<S: SampleSource<Error: std::fmt::Debug>>(
     machine: &Machine,
     smoother: &BlockSmoother<S>,
-) -> SmoothedBlock {
+) -> EstimatedStates {
     let waiting = Mutex::new((0..smoother.blocks()).collect::<Vec<_>>());
     let done = Mutex::new(Vec::new());
     std::thread::scope(|scope| {
         for _ in 0..2 {
             scope.spawn(|| {
                 let mut worker = smoother.worker(machine);
-                let mut block = SmoothedBlock::empty(machine);
+                let mut block = EstimatedStates::empty(machine);
                 while let Some(k) = { waiting.lock().unwrap().pop() } {
                     worker.smooth(k, &mut block).unwrap();
-                    assert_eq!(block.times_ns, smoother.row_times_ns()[smoother.rows(k)]);
+                    assert_eq!(block.reasons.len(), smoother.rows(k).len());
                     done.lock().unwrap().push((k, block.clone()));
                 }
             });
@@ -237,11 +237,9 @@ fn in_blocks<S: SampleSource<Error: std::fmt::Debug>>(
     });
     let mut done = done.into_inner().unwrap();
     done.sort_by_key(|(k, _)| *k);
-    let mut all = SmoothedBlock::empty(machine);
+    let mut all = EstimatedStates::empty(machine);
     for (_, block) in done {
-        all.times_ns.extend(block.times_ns);
-        all.states.append(&block.states);
-        all.reasons.extend(block.reasons);
+        all.append(&block);
     }
     all
 }
@@ -395,8 +393,8 @@ proptest! {
         prop_assert!(whole.counts().eq(blocks.counts()));
         // Faults hold NaN where there is no limit.
         prop_assert_eq!(format!("{:?}", whole.faults()), format!("{:?}", blocks.faults()));
+        prop_assert_eq!(whole.row_times_ns(), blocks.row_times_ns());
         let (whole, blocks) = (in_blocks(&machine, &whole), in_blocks(&machine, &blocks));
-        prop_assert_eq!(&whole.times_ns, &blocks.times_ns);
         prop_assert_eq!(&whole.reasons, &blocks.reasons);
         let states = [&whole, &blocks].map(|rows| columns(&rows.states));
         for (column, (a, b)) in states[0].iter().zip(&states[1]).enumerate() {

@@ -142,7 +142,7 @@ fn by_dual(machine: &Machine, state: &State<f64>, signal: Parameter) -> [Vec<f64
     [slopes(&outcome.otf), slopes(&outcome.load)]
 }
 
-/// The same by central differences, with respect to signals and parameters.
+/// Returns the derivatives by central differences, with respect to signals and parameters.
 fn by_difference(machine: &Machine, state: &State<f64>, parameter: Parameter) -> [Vec<f64>; 2] {
     let step = 1e-5 * rounding(machine);
     let at = |amount: f64| {

@@ -148,7 +148,7 @@ fn val_rates_within_three_standard_deviations_are_noise() {
     assert!((found.in_s - 3.0).abs() < 0.05, "{found:?}");
 }
 
-/// When a fall is told (s), whose noise ends after 3 s; rows of this length (s).
+/// Returns the time at which a fall is reported (s), in loads with noise that ends after 3 s; rows of this length (s).
 fn told_from(noise: f64, step_s: f64, fall: impl Fn(f64) -> [f64; 4]) -> f64 {
     let mut fed = Fed::new();
     let mut told_from = f64::NAN;

@@ -29,7 +29,7 @@ fn bogie(quality: Option<&str>) -> Machine {
 /// Accurately known forces.
 const SURE: &str = "force_sigma = 30.0\nfriction_share = 0.0";
 
-/// At rest on level ground with the cylinders at mid-stroke, where the bogies' pivots are at zero.
+/// Returns the state at rest on level ground with the cylinders at mid-stroke, where the bogies' pivots are at zero.
 fn resting(machine: &Machine, slew: f64, forces: [f64; 2]) -> State<f64> {
     let mut state = State::zero(machine);
     for (name, position) in [

@@ -70,7 +70,7 @@ fn sensors(machine: &Machine) -> Sensors {
     matched.sensors
 }
 
-/// What is said of each row by the estimator that needs later samples, and by the one that does not.
+/// Returns the reasons of each row by the smoother, which needs later samples, and by the causal estimator.
 fn reasons(machine: &Machine, scene: &Scene) -> [Vec<Reasons>; 2] {
     let sensors = sensors(machine);
     let samples: Vec<SensorSamples<'_>> = (scene.streams().into_iter())
@@ -103,7 +103,7 @@ fn reasons(machine: &Machine, scene: &Scene) -> [Vec<Reasons>; 2] {
         .map(|(_, counts)| counts.not_finite)
         .sum();
     assert_eq!(counted, lost as u64, "each is counted and told");
-    [smoothed.reasons, rows]
+    [smoothed.estimated.reasons, rows]
 }
 
 #[test]

@@ -15,7 +15,7 @@ const STEP_NS: i64 = 20_000_000;
 const FORCE_SIGMA_N: f64 = 500.0;
 const FRICTION_SHARE: f64 = 0.05;
 
-/// A machine that weighs what its lift cylinder carries.
+/// Returns a machine that weighs the load of its lift cylinder.
 fn scale() -> Machine {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data");
     let read = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
@@ -33,15 +33,15 @@ fn scale() -> Machine {
     machine
 }
 
-/// What the watch knew of a row.
+/// Result of the watch for a row.
 struct Known {
     time_s: f64,
     /// Mass and standard deviation (kg).
     mass: Option<[f64; 2]>,
 }
 
-/// Weighs this mass over time (kg by s) while the boom swings; `friction` is what the cylinder's adds, by the direction of its rod, as a
-/// share of the force. A mass of `None` is a force that is missing.
+/// Weighs a mass over time (kg by s) while the boom swings; `friction` is the friction of the cylinder over time, by the
+/// direction of its rod, as a share of the force. A mass of `None` is a missing force.
 fn weigh(
     swing: f64,
     seconds: f64,
@@ -104,7 +104,7 @@ fn no_friction(_: f64) -> f64 {
     0.0
 }
 
-/// Between these times (s) the mass is unknown throughout.
+/// Asserts that the mass is unknown throughout between these times (s).
 fn assert_unknown(rows: &[Known], from_s: f64, to_s: f64) {
     let rows = rows
         .iter()
@@ -117,7 +117,7 @@ fn assert_unknown(rows: &[Known], from_s: f64, to_s: f64) {
     );
 }
 
-/// Between these times it is known, and this within two and a half standard deviations, of at most 80 kg.
+/// Asserts that the mass is known between these times (s), within two and a half standard deviations, of at most 80 kg.
 fn assert_known(rows: &[Known], from_s: f64, to_s: f64, truth: f64) {
     let rows = rows
         .iter()

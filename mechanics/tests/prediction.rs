@@ -28,7 +28,7 @@ fn with_reference(mut machine: Machine) -> Machine {
     machine
 }
 
-/// At rest on level ground, arm in a working posture, with attitude and velocity known.
+/// Returns the state at rest on level ground, arm in a working posture, with attitude and velocity known.
 fn standing(machine: &Machine) -> State<f64> {
     let mut state = State::zero(machine);
     for (name, position) in ARM {

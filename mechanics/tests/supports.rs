@@ -204,7 +204,7 @@ proptest! {
         prop_assert_eq!(loads(&a, &leaning(&a, [x, 0.3])), loads(&b, &leaning(&b, [x, 0.3])));
     }
 
-    /// Measured loads that agree with equilibrium are what the supports carry, whatever springs would say.
+    /// Where measured loads agree with equilibrium, they are the loads of the supports, whatever springs would say.
     #[test]
     fn measured_loads_decide_the_split(warp in -9000.0_f64..9000.0, x in -0.5_f64..0.5) {
         let whole = crane();
@@ -419,7 +419,7 @@ fn impossible_supports_are_refused_with_a_reason() {
     assert_eq!(in_line.unwrap_err(), SupportSetError::Count(2));
 }
 
-/// What a watch of the crane is told, second by second.
+/// A support watch of the crane, with its machine, which the tests feed sample by sample.
 struct Told {
     machine: Machine,
     watch: SupportWatch,

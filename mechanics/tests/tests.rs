@@ -1,4 +1,4 @@
-//! What the mechanics must hold: one binary, a theme a module.
+//! Requirements on the mechanics: one binary, one module for each theme.
 
 #![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
 

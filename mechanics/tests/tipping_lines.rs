@@ -42,7 +42,7 @@ fn truck() -> Machine {
     (spec.check(&(urdf + "</robot>"), "truck.urdf", LogFacts::default())).unwrap()
 }
 
-/// At rest on a slope that falls to the right.
+/// Returns the state at rest on a slope that falls to the right.
 fn on_slope(machine: &Machine, angle: f64) -> State<f64> {
     let mut state = State::zero(machine);
     let up = Rotation3::from_euler_angles(angle, 0.0, 0.0).inverse() * Vector3::z();

@@ -61,7 +61,7 @@ fn otf<T: Real>(machine: &Machine, state: &State<T>, model: &Arc<Model>) -> Vec<
     evaluate(machine, state, &mut workspace).otf.clone()
 }
 
-/// At rest on a slope: the IMU measures gravity, and up is known.
+/// Returns the state at rest on a slope: the IMU measures gravity, and up is known.
 fn on_slope(machine: &Machine, mut state: State<f64>, lean: [f64; 2]) -> State<f64> {
     let normal = static_outcome(machine, &positions(&state)).contact_normal;
     let up = (normal + Vector3::new(lean[0], lean[1], 0.0)).normalize();

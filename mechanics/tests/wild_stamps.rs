@@ -49,6 +49,7 @@ fn regular_rate_terminates_for_any_stamps() {
             assert!(times.is_sorted(), "{times:?}");
             // Apart from the missing IMU, the good samples give valid states.
             let known = smoothed
+                .estimated
                 .reasons
                 .iter()
                 .filter(|reasons| !reasons.has(Reason::JointsGap));

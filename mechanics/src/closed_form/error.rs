@@ -4,7 +4,7 @@ use std::fmt;
 
 use tipwatch_language::{say, told, word};
 
-/// The analytic model does not apply to the machine: what it requires and what was found.
+/// Error of a machine to which the analytic model does not apply: the required and the found property.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum ClosedFormError {
@@ -66,7 +66,7 @@ impl fmt::Display for ClosedFormError {
                 say!("the closed form needs a machine without free joints, found {found}")
             }
             Self::Split => word!(
-                "the closed form needs contact.roll_moment_distribution and four wheels at four corners, found springs"
+                "the closed form needs four wheels at four corners that share the load by a stated share of the front axle, found springs"
             )
             .into(),
             Self::WeldedWheel { wheel } => {

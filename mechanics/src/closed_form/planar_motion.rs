@@ -32,13 +32,13 @@ pub struct PointVelocity<T>(pub Vector2<T>);
 /// Velocities of points of the platform, in platform axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Velocities<T> {
-    /// Of C.
+    /// Velocity of C.
     pub centre: PointVelocity<T>,
-    /// On the front axle, ahead of C.
+    /// Velocity of the point on the front axle ahead of C.
     pub front: PointVelocity<T>,
-    /// On the rear axle, behind C.
+    /// Velocity of the point on the rear axle behind C.
     pub rear: PointVelocity<T>,
-    /// Of the wheels by [`Corner`](super::Corner).
+    /// Velocities of the wheels, by [`Corner`](super::Corner).
     pub wheels: [PointVelocity<T>; 4],
 }
 

@@ -20,16 +20,6 @@ pub enum Corner {
     RearLeft,
 }
 
-impl Corner {
-    /// The corners in order.
-    pub const ALL: [Self; 4] = [
-        Self::FrontLeft,
-        Self::FrontRight,
-        Self::RearRight,
-        Self::RearLeft,
-    ];
-}
-
 /// Parameters of the platform (Table 1 of the first paper), in platform axes; the paper's four equal wheels on equal half
 /// tracks are a special case.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -86,7 +76,7 @@ impl<T: Real> Platform<T> {
         }
     }
 
-    /// The same platform for every sample.
+    /// Returns the platform as a constant for every sample.
     #[must_use]
     pub fn constant(platform: &Platform<f64>) -> Self {
         let c = T::constant;

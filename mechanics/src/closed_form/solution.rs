@@ -56,7 +56,8 @@ pub(crate) struct Moving<'a, T: Real> {
     pub(crate) arm: &'a Wrench<T>,
 }
 
-/// What the ground must support, in platform axes, moments about the projected base origin.
+/// Load that the ground must support, in platform axes: its normal force, and its moments about the base origin projected on to
+/// the ground.
 pub(crate) struct Held<T> {
     /// (N)
     pub(crate) normal: T,
@@ -95,7 +96,7 @@ impl<T: Real> ClosedFormOutcome<T> {
         }
     }
 
-    /// Fills it; returns what the ground must support.
+    /// Fills the solution; returns the load that the ground must support.
     pub(crate) fn fill(
         &mut self,
         parts: &PlatformParts,
@@ -204,7 +205,7 @@ impl<T: Real> PlacedPlatform<T> {
         }
     }
 
-    /// The same platform for every sample.
+    /// Returns the platform as a constant for every sample.
     pub(crate) fn constant(placed: &PlacedPlatform<f64>) -> Self {
         let c = T::constant;
         Self {

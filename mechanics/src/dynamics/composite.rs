@@ -97,8 +97,8 @@ impl<T: Real> Composite<T> {
         self.swept = Matrix3::new(x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z);
     }
 
-    /// The same with the body at rest: its spatial inertia transformed to the base origin, one term of (21)
-    /// of the second paper.
+    /// Returns the moments of a body at rest: its spatial inertia transformed to the base origin, one term of (21) of the second
+    /// paper.
     #[inline(always)]
     pub fn at_rest(body: &MassMoments, pose: &BodyMotion<T>) -> Self {
         let (r, o) = (&pose.rotation, &pose.origin);
@@ -154,7 +154,7 @@ impl<T: Real> Composite<T> {
         self.swept += other.swept;
     }
 
-    /// The same bodies with this share of their mass.
+    /// Returns the moments with this share of the bodies' mass.
     pub fn scaled(&self, share: T) -> Self {
         Self {
             mass: self.mass * share,
@@ -253,7 +253,7 @@ impl<T: Real> Field<T> {
         }
     }
 
-    /// The same field times a factor.
+    /// Returns the field times a factor.
     pub fn scaled(&self, factor: T) -> Self {
         Self {
             angular: self.angular * factor,
@@ -261,7 +261,7 @@ impl<T: Real> Field<T> {
         }
     }
 
-    /// Its value at a point.
+    /// Returns the value of the field at a point.
     pub(crate) fn at(&self, point: &Vector3<T>) -> Vector3<T> {
         self.linear + cross(&self.angular, point)
     }

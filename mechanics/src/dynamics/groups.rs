@@ -11,7 +11,7 @@ use crate::state::State;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Part<T> {
     pub(crate) moments: Composite<T>,
-    /// For the arm, the tool wrench is not subtracted.
+    /// Wrench that accelerates the part; that of the arm with the tool wrench, which is not subtracted.
     pub(crate) wrench: Wrench<T>,
 }
 

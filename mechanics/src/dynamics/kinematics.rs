@@ -145,7 +145,7 @@ impl<T: Real> BodyMotion<T> {
         }
     }
 
-    /// The same motion in another number type.
+    /// Returns the motion in another number type.
     pub fn map<U: Real>(&self, convert: impl Fn(T) -> U) -> BodyMotion<U> {
         BodyMotion {
             rotation: self.rotation.map(&convert),
@@ -182,7 +182,7 @@ pub fn coordinates<T: Real>(
     coordinates_by(machine, state, coordinates, solve)
 }
 
-/// The same, with the motion of each linkage's joints from `solve`.
+/// Computes the coordinates as [`coordinates`] does, with the motion of each linkage's joints from `solve`.
 pub(crate) fn coordinates_by<T: Real>(
     machine: &Machine,
     state: &State<T>,
@@ -241,7 +241,7 @@ pub struct SensorFrame<T> {
 }
 
 impl<T: Real> SensorFrame<T> {
-    /// Where it is with the joints at these coordinates.
+    /// Returns the frame of the IMU with the joints at these coordinates.
     pub fn of(machine: &Machine, coordinates: &[Coordinate<T>]) -> Self {
         let mount = &machine.imu;
         let carrier = BodyMotion::base(zero(), zero(), zero());

@@ -1,4 +1,4 @@
-//! How the bodies move, and the forces that their motion needs: kinematics and Newton-Euler.
+//! Motion of the bodies and the forces that accelerate them: kinematics and Newton-Euler.
 
 pub mod composite;
 pub(crate) mod groups;

@@ -99,11 +99,11 @@ impl<T: Real> MovingJoint<T> {
 /// contracted with the scalar's coefficients.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct BaseGradient<T> {
-    /// With respect to the specific force at the base origin.
+    /// Derivative with respect to the specific force at the base origin.
     pub(crate) specific_force: Vector3<T>,
-    /// With respect to the angular velocity of the base, at fixed joint motion.
+    /// Derivative with respect to the angular velocity of the base, at fixed joint motion.
     pub(crate) angular_velocity: Vector3<T>,
-    /// With respect to the angular acceleration of the base.
+    /// Derivative with respect to the angular acceleration of the base.
     pub(crate) angular_acceleration: Vector3<T>,
 }
 

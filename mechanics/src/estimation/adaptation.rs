@@ -18,14 +18,14 @@
 
 use super::misfit::weights;
 
-/// A block has so many samples at least.
+/// Fewest samples of a block.
 const LEAST_SAMPLES: u32 = 4;
-/// A block lasts so long at least (ns): vibration averages out, the fastest motion of a joint does not.
+/// Shortest duration of a block (ns): vibration averages out, the fastest motion of a joint does not.
 const LEAST_NS: i64 = 40_000_000;
 /// Change of the logarithm of the process noise by a block, for each unit that b exceeds c. On the manoeuvres of the
 /// calibration set, twice as much is restless and half of it late.
 const PROCESS_GAIN: f64 = 0.3;
-/// The same of a measurement's variance, for each unit that c exceeds 1: some seconds until it fits.
+/// Change of the logarithm of a measurement's variance by a block, for each unit that c exceeds 1: some seconds until it fits.
 const MEASUREMENT_GAIN: f64 = 0.05;
 /// Agreement that chance gives beside the stated process noise, which is the least: without it, it drifts away from there by
 /// chance alone. Where it has grown, chance takes as much as it gives.
@@ -92,9 +92,9 @@ impl Factors {
 #[derive(Debug, Clone)]
 pub(super) struct Innovations {
     samples: u32,
-    /// By channel.
+    /// Sum by channel.
     sums: Vec<f64>,
-    /// Of all channels together.
+    /// Sum over all channels together.
     squares: f64,
 }
 
@@ -140,7 +140,7 @@ impl Adaptation {
         }
     }
 
-    /// A channel counts no more, and the noise is as stated again: what the channels showed together is not known apart.
+    /// Excludes a channel, and takes the noise as stated again: the share of each channel in the noise learnt so far is unknown.
     pub(super) fn disregard(&mut self, channel: usize) {
         self.counts[channel] = 0.0;
         self.restart();
@@ -152,7 +152,7 @@ impl Adaptation {
         self.factors
     }
 
-    /// Factors over all samples so far, `None` before the first block.
+    /// Returns the mean factors over all samples so far; `None` before the first block.
     pub(super) fn mean(&self) -> Option<Factors> {
         let blocks = f64::from(self.blocks);
         (self.blocks > 0).then(|| Factors {

@@ -15,12 +15,12 @@ use crate::state::SampleError;
 #[derive(Debug, Clone)]
 pub(super) struct Alone {
     stream: usize,
-    /// Its channel in the filter of the stream.
+    /// Channel of the joint in the filter of the stream.
     channel: usize,
-    /// Whether it moves the arm: bands are not those of a spinning wheel.
+    /// Whether the joint moves the arm: only then does its covariance enter the bands, other than that of a spinning wheel.
     is_of_arm: bool,
     filter: KalmanFilter,
-    /// When it was measured last (ns): what it repeats is of then.
+    /// Stamp at which the joint was measured last (ns): repeats of its values belong to that time.
     measured_ns: Option<i64>,
 }
 
@@ -48,7 +48,7 @@ impl Alone {
         self.channel
     }
 
-    /// Whether it is measured at instants of its own.
+    /// Whether the joint is measured at instants of its own, with a filter of its own.
     pub(super) fn is_used(&self) -> bool {
         self.filter.last_ns().is_some()
     }
@@ -86,7 +86,7 @@ impl Alone {
         Ok(())
     }
 
-    /// Whether its last measurement is no further from a stamp than a gap.
+    /// Whether the joint's last measurement is within `max_gap_ns` of a stamp.
     pub(super) fn is_near(&self, stamp_ns: i64, max_gap_ns: i64) -> bool {
         self.filter.is_near(stamp_ns, max_gap_ns)
     }

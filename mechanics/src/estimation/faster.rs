@@ -19,10 +19,10 @@
 
 use super::white_jerk::{Channel, Matrix, symmetric};
 
-/// How many times as fast it is: the filter of the platform passes 3 Hz by default, a landing on stiff tyres has 5 Hz, and
-/// engines shake at 20 Hz and more.
+/// Ratio b of the bandwidths of the faster filter and of the platform's: the latter passes 3 Hz by default, a landing on stiff
+/// tyres has 5 Hz, and engines shake at 20 Hz and more.
 pub(super) const RATIO: f64 = 4.0;
-/// Memory of its innovations (s), some of its own delays: what begins to shake the sensor shows as noise at once.
+/// Memory of the faster filter's innovations (s), some of its own delays: vibration that begins shows as noise at once.
 pub(super) const MEMORY_S: f64 = 0.1;
 /// D0. Noise alone gives 1, of which the channels are too few to be sure. On the calibration set, nothing is taken of it on
 /// sound logs that drive on flat ground, shaken or not.
@@ -35,7 +35,7 @@ pub(super) fn share(distance: f64) -> f64 {
 }
 
 impl Channel {
-    /// The share of the way to what a faster filter says.
+    /// Returns the channel moved by a share of the way to the estimate of a faster filter.
     pub(super) fn towards(&self, faster: &Self, share: f64) -> Self {
         let spread = (share * (1.0 - share)).sqrt();
         let distance: [f64; 3] = std::array::from_fn(|i| faster.jet[i] - self.jet[i]);
@@ -75,7 +75,8 @@ mod tests {
     /// As many as the platform has: three of the specific force, three of the angular velocity.
     const CHANNELS: usize = 6;
 
-    /// What an estimate has of the faster filter, how far its first channel is off, and its sigma.
+    /// An estimate: its time (s), the share of the faster filter in it, and the error and standard deviation of its first
+    /// channel.
     struct Row {
         t: f64,
         share: f64,
@@ -83,7 +84,7 @@ mod tests {
         sigma: f64,
     }
 
-    /// Rows of a filter whose first channel is to follow `truth`, while `shake` is what only the sensor feels.
+    /// Returns the rows of a filter whose first channel is to follow `truth`, while the sensor alone feels `shake`.
     fn rows(
         truth: impl Fn(f64) -> f64,
         shake: impl Fn(f64) -> f64,

@@ -2,8 +2,8 @@
 
 use super::turns::shorter_way;
 
-/// How far a joint must have gone beyond two of its largest steps to have moved (rad or m): farther than noise and resolution of
-/// a position, and no encoder that jumped.
+/// Distance (rad or m), beyond two of its largest steps, from which on a joint has moved: farther than noise and resolution of a
+/// position, and no encoder that jumped.
 const MOVED: f64 = 0.01;
 
 /// Tells velocities that a driver fills in from those of a joint that rests: the position moves on while the velocity has never
@@ -18,7 +18,7 @@ pub struct FilledVelocities {
     open: usize,
 }
 
-/// A joint whose velocity was always exactly zero so far.
+/// A joint whose velocity has always been exactly zero so far.
 #[derive(Debug, Clone, Copy, Default)]
 struct Zeros {
     is_measured: bool,
@@ -32,7 +32,7 @@ struct Zeros {
 }
 
 impl FilledVelocities {
-    /// Before the first sample of a stream of so many joints.
+    /// Creates the filling of a stream of so many joints, before its first sample.
     #[must_use]
     pub fn new(joints: usize) -> Self {
         Self {
@@ -77,7 +77,7 @@ impl FilledVelocities {
         self.open == 0
     }
 
-    /// Of some joints of the stream alone, by their places.
+    /// Returns the filling of some joints of the stream, by their places.
     #[must_use]
     pub fn of(&self, places: &[usize]) -> Self {
         let joints: Vec<Zeros> = places.iter().map(|&place| self.joints[place]).collect();

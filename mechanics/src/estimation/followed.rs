@@ -27,7 +27,7 @@ impl Followed {
         }
     }
 
-    /// Why a row is invalid during a gap of this filter; `None` where rows are valid without it.
+    /// Returns the reason for which a row in a gap of this filter is invalid; `None` where rows are valid without the filter.
     pub(super) fn gap(self, imu: bool) -> Option<Reason> {
         match self {
             Self::Joints(_) => Some(Reason::JointsGap),

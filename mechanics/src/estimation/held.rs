@@ -4,8 +4,8 @@ use crate::estimation::history::History;
 use crate::estimation::reading::{FilterStatus, Reading};
 use crate::estimation::white_jerk::Channel;
 
-/// Whether samples around a time are close enough to show motion: those on both sides of it, or those up to it if it
-/// is that of a sample. `before` is the last sample up to the time.
+/// Whether samples around a time are close enough to show motion: the samples on both sides of the time, or, if the time is that
+/// of a sample, the samples up to it. `before` is the index of the last sample up to the time.
 pub(in crate::estimation) fn is_dense(
     stamps_ns: &[i64],
     before: usize,

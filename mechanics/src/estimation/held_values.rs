@@ -14,7 +14,7 @@ const MISSED: f64 = 0.02;
 const EVIDENCE: f64 = 7.0;
 /// Fewest intervals of one period.
 const FEWEST: usize = 5;
-/// A step is uneven that is so many times the least one of its value.
+/// Smallest uneven step, as a multiple of the least step of the value.
 const UNEVEN: f64 = 2.5;
 /// Least share of uneven steps.
 const UNEVEN_SHARE: f64 = 0.1;
@@ -24,13 +24,13 @@ const FEWEST_SAMPLES: usize = 20;
 const CLOSE: (f64, usize) = (0.04, 8);
 /// Number of changes that are remembered sample by sample.
 const REMEMBERED: usize = 64;
-/// So many changes tell whether values are held.
+/// Number of changes that tell whether values are held.
 const TELLING: usize = 32;
 /// Number of samples over which the interval between them is averaged.
 const INTERVAL_MEMORY: i64 = 8;
-/// A velocity that is so many times its least step is resolved.
+/// Smallest resolved velocity, as a multiple of its least step.
 const RESOLVED: f64 = 10.0;
-/// So often, position and velocity repeat by chance within the first samples.
+/// Number of repeats of position and velocity by chance within the first samples.
 const BY_CHANCE: u32 = 3;
 /// Share of the changes of two parts that are in the same samples if the parts are measured together.
 const SAME: f64 = 0.9;
@@ -56,8 +56,8 @@ pub struct Together {
 }
 
 impl HeldValues {
-    /// Which parts of a sensor are measured together, and their repeats. Each part is given by the places of its values in a sample;
-    /// `read` passes the sample with an index on.
+    /// Finds the parts of a sensor that are measured together, and their repeats. Each part is given by the places of its values
+    /// in a sample; `read` passes the sample with an index on.
     pub fn among(
         stamps_ns: &[i64],
         parts: &[Vec<usize>],
@@ -151,7 +151,7 @@ fn at_the_same_instants(changes: &[Changes]) -> Vec<Vec<usize>> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Change {
     stamp_ns: i64,
-    /// Whether its step is an uneven one.
+    /// Whether the step of any of the values is uneven: more than [`UNEVEN`] times the least step of that value so far.
     is_uneven: bool,
 }
 
@@ -160,7 +160,7 @@ struct Change {
 struct Changes {
     /// Time between two samples (ns).
     interval_ns: i64,
-    /// Where the values are in a sample.
+    /// Places of the values in a sample.
     places: Vec<usize>,
     last: Vec<f64>,
     /// The least step of each value so far.
@@ -182,7 +182,7 @@ impl Changes {
         }
     }
 
-    /// Those of several parts as of one; `None` if one of them changes from sample to sample.
+    /// Joins the changes of several parts as those of one; `None` if one of them changes from sample to sample.
     fn joined<'c>(interval_ns: i64, parts: impl Iterator<Item = &'c Self>) -> Option<Self> {
         let mut all = Vec::new();
         for part in parts {
@@ -201,7 +201,7 @@ impl Changes {
         Some(joined)
     }
 
-    /// Whether the sample differs from the one before.
+    /// Takes a sample; returns whether its values differ from those of the sample before, to the bit.
     fn take(&mut self, stamp_ns: i64, values: &[f64]) -> bool {
         let values = self.places.iter().map(|&place| values[place]);
         if self.last.is_empty() {
@@ -269,7 +269,7 @@ impl Changes {
         self.period_with(&mut Vec::new())
     }
 
-    /// The same with room for the times between the changes.
+    /// Returns the time between two measurements, with room for the times between the changes.
     fn period_with(&self, apart: &mut Vec<f64>) -> Option<i64> {
         let uneven = || self.at.iter().filter(|change| change.is_uneven).count();
         let is_even = || (uneven() as f64) < UNEVEN_SHARE * self.at.len() as f64;
@@ -331,32 +331,32 @@ impl Changes {
     }
 }
 
-/// Tells, sample by sample, which only repeat the last measurement of their sensor, by the changes so far. A step never allocates.
+/// Recognises, sample by sample, repeats of the last measurement of a sensor, by the changes so far. A step never allocates.
 #[derive(Debug, Clone)]
 pub(super) struct Repeats {
     changes: Changes,
     /// Room for the times between the changes.
     apart: Vec<f64>,
     last_ns: Option<i64>,
-    /// How long a value is taken as held until the changes tell (ns); zero if not at all.
+    /// Longest time for which a repeated value counts as held until enough changes show the period (ns); zero if no value does.
     assumed_ns: i64,
     /// The time between two measurements; `None` if the values are not held, or too long to tell.
     period_ns: Option<i64>,
-    /// When the last sample was taken (ns).
+    /// Stamp of the last sample that was taken as a measurement (ns).
     taken_ns: i64,
-    /// Whether too few changes came to tell.
+    /// True until enough changes have shown whether the values are held.
     is_open: bool,
-    /// Whether it is one joint of several in a message.
+    /// Whether the values are those of one joint among several in a message.
     is_of_joint: bool,
-    /// How often its position and a velocity that is resolved repeated until then.
+    /// Number of repeats of position and velocity at a velocity above its resolution, counted until the changes show the period.
     by_chance: u32,
-    /// Whether what was taken last was sound: what repeats a fault is one.
+    /// Whether the last sample taken was sound: a repeat of a fault is a fault, too.
     is_sound: bool,
 }
 
 impl Repeats {
-    /// Before the first sample, which has so many values. Until the changes tell, values are taken as held for less than `assumed_ns`:
-    /// a step is one of the whole time since then, or of one sample.
+    /// Creates the repeats before the first sample, which has so many values. Until the changes tell, values count as held for
+    /// less than `assumed_ns`: a step is one of the whole time since then, or of one sample.
     pub(super) fn new(values: usize, assumed_ns: i64) -> Self {
         let places: Vec<usize> = (0..values).collect();
         let mut changes = Changes::new(0, &places);
@@ -376,9 +376,9 @@ impl Repeats {
         }
     }
 
-    /// The same of one joint in a message of several, by its position and velocity. The others tell that the message is new, so this
-    /// one may rest: until the changes tell, it is taken as held only while its velocity says that it moves, and more often than a
-    /// coarse sensor does by chance.
+    /// Creates the repeats of one joint in a message of several, by its position and velocity. The others show that the message
+    /// is new, so this joint may rest: until the changes tell, its value counts as held only while its velocity says that it
+    /// moves, and more often than a coarse sensor repeats by chance.
     pub(super) fn of_joint(assumed_ns: i64) -> Self {
         Self {
             is_of_joint: true,
@@ -391,7 +391,8 @@ impl Repeats {
         self.may_rest() || self.by_chance <= BY_CHANCE
     }
 
-    /// Whether its velocity is no more than its resolution: a joint that moves does not repeat a finer one to the bit.
+    /// Whether the last velocity of the joint is within the resolution: a joint that moves does not repeat a finer velocity to
+    /// the bit.
     fn may_rest(&self) -> bool {
         let [rate, least_step] = [&self.changes.last, &self.changes.least].map(|of| of[1]);
         // written so that NaN may rest
@@ -408,7 +409,8 @@ impl Repeats {
         self.is_sound = is_sound;
     }
 
-    /// Whether the next sample is a repeat. One that is not later than the one before is none: it is wrong otherwise.
+    /// Takes the next sample; returns whether it repeats the last measurement. A sample that is not later than the one before is
+    /// no repeat: it is wrong otherwise.
     pub(super) fn take(&mut self, stamp_ns: i64, values: &[f64]) -> bool {
         let Some(step_ns) = (self.last_ns).map_or(Some(0), |last| stamp_ns.checked_sub(last))
         else {
@@ -459,7 +461,7 @@ mod tests {
 
     const MS: i64 = 1_000_000;
 
-    /// What is found in 20 s at 100 Hz of one value.
+    /// Returns the held values found in 20 s of one value sampled at 100 Hz; `None` if the value is measured with every sample.
     fn found(value: impl Fn(f64) -> f64) -> Option<HeldValues> {
         let stamps: Vec<i64> = (0..2000).map(|k| k * 10 * MS).collect();
         let read = |index: usize, take: &mut dyn FnMut(&[f64])| take(&[value(index as f64 * 0.01)]);
@@ -508,7 +510,7 @@ mod tests {
         assert!((period_ns - 200 * MS).abs() <= 20 * MS, "{period_ns}");
     }
 
-    /// What is kept lies where the value was new, whose stamps are the best that is known.
+    /// Samples that are kept are those with a new value, whose stamps are closest to the measurement.
     #[test]
     fn no_new_value_is_left_out() {
         let value = held(swing, 0.25, 0.1);
@@ -621,7 +623,8 @@ mod tests {
         }
     }
 
-    /// What rests from the first sample on is taken before a gap, at any rate and with an uneven time; what repeats a fault, each time.
+    /// A value at rest from the first sample on is taken at least once per longest gap, at any rate and with jitter of the
+    /// stamps; a repeated fault is taken each time.
     #[test]
     fn what_rests_is_taken_before_a_gap() {
         for (hertz, jitter_ns) in [

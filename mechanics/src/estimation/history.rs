@@ -27,12 +27,12 @@ pub(super) struct History {
     is_complete: bool,
 }
 
-/// How much the last step matters to the first one after the estimates wanted.
+/// The first step after the estimates wanted, and the influence of the last step on it.
 #[derive(Debug, Clone, Copy)]
 struct Ahead {
-    /// Product of the gains between both.
+    /// Product of the gains from the first step after the estimates wanted to the last step.
     influence: Matrix,
-    /// Variances of the first one.
+    /// Variances of the first step's position, velocity and acceleration.
     variances: [f64; 3],
 }
 
@@ -168,7 +168,7 @@ impl History {
 }
 
 impl Ahead {
-    /// Whether a correction of the last step by its standard deviation is negligible at the first.
+    /// Whether a correction of the last step by its standard deviation changes the first step by a negligible share of its own.
     fn is_negligible(&self, last: &Matrix) -> bool {
         let limit = NEGLIGIBLE * NEGLIGIBLE;
         (0..3).all(|i| {

@@ -1,4 +1,4 @@
-//! How a filter takes a sample as the plausibility check judged it.
+//! Passing samples to a filter as the plausibility check judged them: left out, or with added variance.
 
 use super::kalman_filter::{Doubt, KalmanFilter};
 use crate::estimation::plausibility::Treatment;

@@ -51,24 +51,24 @@ pub(crate) struct KalmanFilter {
     model: FilterModel,
     state: FilterState,
     history: Option<History>,
-    /// They show how far it is behind; `None` where a smoother takes the lag away.
+    /// Mean accelerations, which show the filter's lag; `None` where a smoother takes the lag away.
     means: Option<MeanAccelerations>,
-    /// `None` where the covariance stays that of the noise.
+    /// The covariance by the size of the innovations; `None` where it stays that of the noise.
     misfit: Option<Misfit>,
-    /// `None` where a smoother knows what comes.
+    /// The covariance of a motion that begins; `None` where a smoother knows the later samples.
     onset: Option<Onset>,
-    /// For motion that this one is too slow for.
+    /// Filter for motion that this one is too slow for.
     faster: Option<Box<KalmanFilter>>,
 }
 
-/// What the filter knows after a sample: from it, later samples continue to the bit.
+/// State of the filter after a sample: continued from it, the filter gives the same bits for later samples.
 #[derive(Debug, Clone)]
 pub(super) struct FilterState {
     covariance: Matrix,
     jets: Vec<ChannelState>,
     last_ns: Option<i64>,
     started_ns: i64,
-    /// What the innovations say of the stated noise; `None` where it stays as stated.
+    /// Estimate of the noise from the innovations; `None` where the noise stays as stated.
     adaptation: Option<Adaptation>,
 }
 
@@ -105,25 +105,26 @@ impl KalmanFilter {
         }
     }
 
-    /// The same filter, whose covariance has what its newest innovations show of a motion that begins, in the channels that count.
+    /// Returns the filter with a covariance that allows for a motion which its newest innovations show to begin, in the channels
+    /// that count.
     pub(super) fn weighing_onsets(mut self, counts: impl Iterator<Item = bool>) -> Self {
         self.onset = Some(Onset::new(counts));
         self
     }
 
-    /// The same filter, whose noise is corrected by what its innovations show.
+    /// Returns the filter with noise that its innovations correct.
     pub(super) fn adapting(mut self, adaptation: Adaptation) -> Self {
         self.state.adaptation = Some(adaptation);
         self
     }
 
-    /// The same filter, whose covariance is as large as its innovations show in the channels that count.
+    /// Returns the filter with a covariance as large as its innovations show, in the channels that count.
     pub(super) fn weighing_misfit(mut self, counts: impl Iterator<Item = bool>) -> Self {
         self.misfit = Some(Misfit::new(misfit::MEMORY_S, counts));
         self
     }
 
-    /// The same filter beside a [`faster`] one of the same samples.
+    /// Returns the filter beside a [`faster`] one of the same samples.
     pub(super) fn beside_faster(mut self) -> Self {
         let density = self.model.density * faster::RATIO.powi(6);
         let model = FilterModel {
@@ -137,12 +138,12 @@ impl KalmanFilter {
         self
     }
 
-    /// Factors on the stated noise over all samples so far; `None` where it stays as stated.
+    /// Returns the mean factors on the stated noise over all samples so far; `None` where the noise stays as stated.
     pub(super) fn shown_noise(&self) -> Option<Factors> {
         self.state.adaptation.as_ref()?.mean()
     }
 
-    /// Spectral density q of the jerk, as corrected so far.
+    /// Returns the spectral density q of the jerk, as corrected so far.
     fn density(&self) -> f64 {
         self.model.density * self.state.factors().density
     }
@@ -161,13 +162,13 @@ impl KalmanFilter {
         self.state.started_ns
     }
 
-    /// Whether its last sample is no further from a stamp than a gap.
+    /// Whether the filter's last sample is within `max_gap_ns` of a stamp.
     pub(super) fn is_near(&self, stamp_ns: i64, max_gap_ns: i64) -> bool {
         let apart = |last: i64| last.abs_diff(stamp_ns);
         (self.last_ns()).is_some_and(|last| apart(last) <= max_gap_ns.unsigned_abs())
     }
 
-    /// Whether it has settled at a stamp.
+    /// Returns whether the filter has warmed up at a stamp: known from `settle_ns` after its first sample on, settling before.
     pub(super) fn status(&self, stamp_ns: i64, settle_ns: i64) -> FilterStatus {
         match stamp_ns.saturating_sub(self.started_ns()) >= settle_ns {
             true => FilterStatus::Known,
@@ -175,12 +176,12 @@ impl KalmanFilter {
         }
     }
 
-    /// Goes on with what another one of the same motion did not follow well: it has settled with that one.
+    /// Takes over a motion from another filter that did not follow it well: this filter counts as warmed up with the other one.
     pub(super) fn take_over(&mut self, from: &Self) {
         self.state.started_ns = from.state.started_ns;
     }
 
-    /// A channel says no more of the noise of the others: it has another one, and what was learnt with it is forgotten.
+    /// Excludes a channel from the noise of the others: its noise differs, and the noise learnt with it is forgotten.
     pub(super) fn disregard(&mut self, channel: usize) {
         if let Some(adaptation) = &mut self.state.adaptation {
             adaptation.disregard(channel);
@@ -284,7 +285,7 @@ impl KalmanFilter {
         }
     }
 
-    /// The same by the noise learnt so far, whatever the newest innovations show.
+    /// Returns the covariance by the noise learnt so far, whatever the newest innovations show.
     fn covariance_by_learnt_noise(&self, stamp_ns: i64) -> Matrix {
         let ahead = stamp_ns.saturating_sub(self.state.last_ns.unwrap_or(stamp_ns));
         let stated = predicted(&self.state.covariance, seconds(ahead), self.density());
@@ -292,12 +293,14 @@ impl KalmanFilter {
         stated.map(|row| row.map(|p| p * factor))
     }
 
-    /// How much larger its covariance is than its noise makes it.
+    /// Returns the factor (1 or more) by which the covariance of the estimates exceeds the one by the filter's noise: see
+    /// [`misfit`](super::misfit).
     pub(super) fn misfit_factor(&self) -> f64 {
         self.misfit.as_ref().map_or(1.0, Misfit::factor)
     }
 
-    /// How far a channel is behind a motion that changes fast, at a stamp close to the last sample.
+    /// Returns the lag of a channel's value, velocity and acceleration behind a motion that changes fast, at a stamp close to the
+    /// last sample; zero without a lag model.
     pub(super) fn lag_at(&self, channel: usize, stamp_ns: i64) -> ChannelState {
         let acceleration = self.state.jets[channel][2];
         let means = self.means.as_ref();
@@ -307,7 +310,7 @@ impl KalmanFilter {
         })
     }
 
-    /// Writes the estimates of the channels at a stamp close to the last sample, with so much of the [`faster`] filter where
+    /// Writes the estimates of the channels at a stamp close to the last sample, with this share of the [`faster`] filter where
     /// there is one; returns their covariance.
     pub(super) fn read(&self, stamp_ns: i64, share: f64, channels: &mut [Channel]) -> Matrix {
         let covariance = self.covariance_at(stamp_ns);

@@ -1,4 +1,4 @@
-//! How far a filter that knows only the past is behind a motion that changes fast.
+//! Lag of a causal filter behind a motion that changes fast.
 //!
 //! A filter of white jerk of spectral density q follows a motion of constant jerk J with the constant errors
 //!

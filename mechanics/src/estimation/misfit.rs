@@ -1,4 +1,4 @@
-//! How much larger the errors of a filter are than its stated noise makes them.
+//! Ratio of a filter's errors to those that its stated noise explains.
 //!
 //! An innovation nu has the variance S = h' P h + r by the stated noise. With the mean over the channels and the last
 //! second (less for a faster filter),
@@ -17,13 +17,13 @@ pub(super) const MEMORY_S: f64 = 1.0;
 /// The mean c of one filter.
 #[derive(Debug, Clone)]
 pub(super) struct Misfit {
-    /// One for each channel that counts, zero for the others.
+    /// Weight of each channel: one if it counts, zero otherwise.
     counts: Vec<f64>,
     mean: f64,
     memory_s: f64,
 }
 
-/// One for each channel that counts, zero for the others; if none counts, all do.
+/// Returns the weight of each channel: one if it counts, zero otherwise; if none counts, all do.
 pub(super) fn weights(counts: impl Iterator<Item = bool>) -> Vec<f64> {
     let mut weights: Vec<f64> = counts.map(f64::from).collect();
     if weights.iter().all(|&weight| weight == 0.0) {
@@ -82,8 +82,8 @@ mod tests {
         max_gap_ns: 250_000_000,
     };
 
-    /// What a shaken sensor says of something that rests, after a second: rms of the value over its stated sigma, and of the
-    /// value over the sigma that is given.
+    /// Returns the rms error of the estimate of a constant by a shaken sensor, from the second second on: over its stated sigma,
+    /// and over the sigma that the filter gives.
     fn shaken(amplitude: f64, hertz: f64) -> [f64; 2] {
         let mut filter = KalmanFilter::new(STATED, 1, false).weighing_misfit([true].into_iter());
         let (mut squares, mut samples) = ([0.0; 2], 0.0);

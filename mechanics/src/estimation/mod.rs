@@ -45,10 +45,10 @@ pub use causal::CausalEstimator;
 pub use filled_velocities::FilledVelocities;
 pub use held_values::{HeldValues, Together};
 pub(crate) use kalman_filter::{Doubt, FilterModel, KalmanFilter};
-pub use rows::{Estimate, RowClock};
+pub use rows::{Estimate, EstimatedStates, RowClock};
 pub use shown_noise::ShownNoise;
 pub use smoother::{
-    BlockSmoother, BlockWorker, Pass, ROWS_PER_BLOCK, SampleSource, SensorSamples, SmoothedBlock,
-    SmoothedRows, smooth, visit_by_stamp,
+    BlockSmoother, BlockWorker, Pass, ROWS_PER_BLOCK, SampleSource, SensorSamples, SmoothedRows,
+    smooth, visit_by_stamp,
 };
 pub use sorted_stamps::sorted_stamps;

@@ -16,19 +16,19 @@ use super::white_jerk::{Matrix, predicted};
 /// Squared innovation over its variance that chance does not reach: five standard deviations.
 const CHANCE: f64 = 25.0;
 
-/// What the newest innovations of one filter show.
+/// Unexpected jerk in the newest innovations of one filter, and the covariance that allows for it.
 #[derive(Debug, Clone)]
 pub(super) struct Onset {
     channels: Vec<Newest>,
     /// Less of the last two excesses of the innovations, of the channel where it is largest; `None` without rates in this sample.
     excess: Option<f64>,
-    /// The covariance that it adds.
+    /// The covariance that the excess adds.
     added: Matrix,
 }
 
 #[derive(Debug, Clone, Copy)]
 struct Newest {
-    /// One for a channel that counts, zero for another.
+    /// Weight of the channel: one if it counts, zero otherwise.
     counts: f64,
     /// Excess of the squared innovation of the last rate, with the sign of the innovation.
     excess: f64,
@@ -81,7 +81,7 @@ impl Onset {
         self.added = by_jerk.map(|row| row.map(|p| p * density));
     }
 
-    /// The covariance beside that by the noise learnt so far.
+    /// Returns the covariance to add to that by the noise learnt so far.
     pub(super) fn added(&self) -> &Matrix {
         &self.added
     }
@@ -106,7 +106,7 @@ mod tests {
     const JOINTS: usize = 4;
     const MOVES: usize = 1;
 
-    /// A joint that rests, strokes there and back, and rests: how fast it is accelerated (rad/s^2), and in which time (s).
+    /// A joint that rests, strokes there and back, and rests: its acceleration (rad/s^2), and the time of the stroke (s).
     #[derive(Clone, Copy)]
     struct Stroke {
         acceleration: f64,

@@ -1,4 +1,4 @@
-//! What a filter says of a given time.
+//! The estimate of a filter at a given time.
 
 use super::white_jerk::Matrix;
 

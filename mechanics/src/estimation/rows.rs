@@ -1,10 +1,12 @@
-//! Row times, and the estimate of one row.
+//! Row times, the estimate of one row, and the estimated states of several.
+
+use std::ops::Range;
 
 use crate::estimation::support_configuration::{GroundGap, GroundSet};
-use crate::machine::SessionProofs;
-use crate::state::{Reasons, State};
+use crate::machine::{Machine, SessionProofs};
+use crate::state::{Reasons, State, StateColumns};
 
-/// When rows are emitted.
+/// Times at which rows are emitted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum RowClock {
     /// At every sample of the first stream of joint states.
@@ -20,23 +22,56 @@ pub struct Estimate {
     pub time_ns: i64,
     /// The state; NaN throughout where a gap leaves it unknown.
     pub state: State<f64>,
-    /// Why the row is invalid, as far as the signals show.
+    /// Reasons for which the row is invalid or doubted, as far as the signals show.
     pub reasons: Reasons,
-    /// Whether the platform falls, by gyro and attitude alone.
+    /// Whether the platform rotates about an edge of its supports or falls, by gyro and attitude alone.
     pub rotates: bool,
-    /// What the signals up to this row have shown.
+    /// Proofs and doubts about sensors by the samples up to this row.
     pub shown: SessionProofs,
     /// The supports on the ground, or why they are unknown; `None` for a machine that is always on the same ones.
     pub stands_on: Option<Result<GroundSet, GroundGap>>,
-    /// What each of [`Machine::load_sensors`](crate::machine::Machine::load_sensors) measured last (N); NaN where that is too old, or
-    /// where it is not among the sensors.
+    /// The last measurement of each of [`Machine::load_sensors`] (N); NaN where it is too old, or where the sensor is missing.
     pub measured_loads: Vec<f64>,
-    /// The rate that is asked of each of [`Machine::joints`](crate::machine::Machine::joints) (rad/s or m/s); NaN where none is, or where
-    /// the last one is too old.
+    /// The rate that is asked of each of [`Machine::joints`] (rad/s or m/s); NaN where none is, or where the last one is too old.
     pub commands: Vec<f64>,
-    /// The force of the actuator that lifts each of [`Machine::payloads`](crate::machine::Machine::payloads) (N), where its mass is
-    /// estimated by it; NaN where it is too old.
+    /// The force of the actuator that lifts each of [`Machine::payloads`] (N), where its mass is estimated by it; NaN where it is too
+    /// old.
     pub lift_forces: Vec<f64>,
+}
+
+/// Estimated states of consecutive rows.
+#[derive(Debug, Clone)]
+pub struct EstimatedStates {
+    /// The states; NaN where a gap leaves them unknown.
+    pub states: StateColumns,
+    /// Reasons for which each row is invalid or doubted, as far as the signals show.
+    pub reasons: Vec<Reasons>,
+}
+
+impl EstimatedStates {
+    /// No rows.
+    #[must_use]
+    pub fn empty(machine: &Machine) -> Self {
+        Self {
+            states: StateColumns::unknown(machine, 0),
+            reasons: Vec::new(),
+        }
+    }
+
+    /// Some of the rows.
+    #[must_use]
+    pub fn part(&self, rows: Range<usize>) -> Self {
+        Self {
+            states: self.states.block(rows.clone()),
+            reasons: self.reasons[rows].to_vec(),
+        }
+    }
+
+    /// Appends the rows that follow.
+    pub fn append(&mut self, next: &Self) {
+        self.states.append(&next.states);
+        self.reasons.extend_from_slice(&next.reasons);
+    }
 }
 
 /// Stamp of a regular clock: the k-th after `start_ns`, without accumulated rounding.
@@ -60,7 +95,7 @@ pub(super) fn regular_index(start_ns: i64, stamp_ns: i64, rate_hz: f64) -> u64 {
 }
 
 impl Estimate {
-    pub(super) fn unknown(machine: &crate::machine::Machine) -> Self {
+    pub(super) fn unknown(machine: &Machine) -> Self {
         Self {
             time_ns: 0,
             state: State::zero(machine),

@@ -1,4 +1,4 @@
-//! What shakes an IMU at an even beat, such as an engine: the mean over its period takes it away.
+//! Removes periodic vibration of an IMU, such as that of an engine, by the mean over its period.
 //!
 //! The filters of the platform's motion pass little of a tone of f Hz, but 2 w0 / w of it: of an engine's 3 m/s^2 at 25 Hz a fifth,
 //! which is hundreds of newtons at a wheel. The mean over n samples that last one of its periods, or several, passes next to
@@ -33,14 +33,14 @@ const MOST: usize = 64;
 const MEMORY_S: f64 = 0.1;
 /// Time constant of the level (s): 3 Hz.
 const LEVEL_S: f64 = 0.053;
-/// Nothing shakes a sensor whose deviations have a variance less than so many times that of its noise.
+/// Smallest variance of the deviations of a shaken sensor, as a multiple of that of its noise.
 const LEAST_SIZE: f64 = 4.0;
 /// Share of M(1) that n M(n) must be below.
 const BETTER: f64 = 0.5;
-/// Share of what n M(n) is that another n must be below to take its place.
+/// Share of n M(n) below which another n takes its place.
 const OTHER: f64 = 0.5;
 
-/// Least c(n) of what shakes a sensor with a period of n samples.
+/// Least c(n) of a vibration with a period of n samples.
 const PERIODIC: f64 = 1.0 / 3.0;
 /// Memory of c(n): samples, and time (s).
 const PERIODS_MEMORY: (f64, f64) = (64.0, 0.25);
@@ -52,7 +52,7 @@ pub(super) type Motion = [f64; 6];
 struct Taken {
     stamp_ns: i64,
     motion: Motion,
-    /// Of the specific force.
+    /// Deviation of the specific force from its level (m/s^2).
     deviation: [f64; 3],
 }
 
@@ -80,7 +80,7 @@ pub(super) struct Shaken {
 }
 
 impl Shaken {
-    /// Before the first sample; `noise` is the standard deviation of the specific force.
+    /// Creates the filter before the first sample; `noise` is the standard deviation of the specific force.
     pub(super) fn new(noise: f64, max_gap_ns: i64) -> Self {
         Self {
             samples: Vec::with_capacity(MOST),
@@ -96,8 +96,8 @@ impl Shaken {
         }
     }
 
-    /// Takes a sample; returns the mean over the period of what shakes the sensor, and its stamp (ns). One that is not later than
-    /// the one before is none.
+    /// Takes a sample; returns the mean over the period of the vibration, and its stamp (ns). A sample that is not later than the
+    /// one before is left out.
     pub(super) fn take(&mut self, stamp_ns: i64, motion: Motion) -> (i64, Motion) {
         let step_ns = |last: i64| stamp_ns.saturating_sub(last);
         let before = (!self.samples.is_empty()).then(|| self.back(0).stamp_ns);
@@ -145,7 +145,7 @@ impl Shaken {
         }
     }
 
-    /// The sample so many before the latest.
+    /// Returns the sample that is `samples` before the latest.
     fn back(&self, samples: usize) -> &Taken {
         let count = self.samples.len();
         &self.samples[(self.latest + count - samples) % count]
@@ -253,13 +253,13 @@ mod tests {
     const STEP_NS: i64 = 4_000_000;
     const NOISE: f64 = 0.05;
 
-    /// What the platform does (m/s^2).
+    /// True acceleration of the platform (m/s^2) at a time (s).
     fn driven(t: f64) -> f64 {
         1.5 * (TAU * 0.4 * t).sin()
     }
 
-    /// Root mean square by which a shaken specific force is off, as measured and as a mean at its stamp, from 0.6 to 6 s; and how many
-    /// of the samples did not stay as they were.
+    /// Returns the rms errors of a shaken specific force, as measured and as a mean at its stamp, from 0.6 to 6 s, and the number
+    /// of samples that did not stay as they were.
     fn off(truth: impl Fn(f64) -> f64, shake: impl Fn(f64) -> f64) -> ([f64; 2], usize) {
         let mut shaken = Shaken::new(NOISE, 250_000_000);
         let mut noise = Noise(3);
@@ -306,7 +306,7 @@ mod tests {
         assert!(noisy[1] <= noisy[0], "{noisy:?}");
     }
 
-    /// Stones under the wheels: what rings after a blow has a beat, and is over before it is one.
+    /// Stones under the wheels: the ringing after a blow has a beat, and is over before it counts as one.
     #[test]
     fn blows_are_no_beat() {
         for decay_s in [0.03, 0.06] {

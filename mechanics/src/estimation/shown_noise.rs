@@ -14,17 +14,18 @@ pub struct ShownNoise {
     pub sensor: Sensor,
     /// Key of `[estimator]` in the machine file that states it.
     pub key: &'static str,
-    /// Its unit.
+    /// Unit of the noise.
     pub unit: &'static str,
-    /// As stated.
+    /// Noise as the machine file states it.
     pub stated: f64,
-    /// As the samples show it: for the noise of a measurement the geometric mean over the log, for an agility the root
-    /// mean square, which is not below the stated one.
+    /// Noise as the samples show it: for the noise of a measurement the geometric mean over the log, for an agility the root mean
+    /// square, which is not below the stated one.
     pub shown: f64,
 }
 
 impl ShownNoise {
-    /// What a filter shows.
+    /// Returns the stated noise of a filter's joints and the noise by the estimated `factors`; nothing for filters of other
+    /// sensors, which keep the stated noise.
     pub(super) fn of(
         followed: Followed,
         sensor: Sensor,

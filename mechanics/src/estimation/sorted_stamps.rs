@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-/// These stamps (ns), rising or equal; copied only if they were not.
+/// Returns the stamps (ns) in rising order; copied only if they were not sorted.
 #[must_use]
 pub fn sorted_stamps(stamps_ns: &[i64]) -> Cow<'_, [i64]> {
     let mut sorted = Cow::Borrowed(stamps_ns);

@@ -32,9 +32,10 @@ pub(super) struct Filters {
     turns: Turns,
     /// Joints that may be measured at other instants than the rest of their message; none where a smoother divided the messages.
     alone: Vec<Alone>,
-    /// What shakes the IMU; `None` where a smoother averages it out.
+    /// Removes periodic vibration of the IMU; `None` where a smoother averages it out.
     shaken: Option<Shaken>,
-    /// Whether an orientation has measured a tilt: until then, one without tilt is planar and not level.
+    /// Whether an orientation has measured a tilt: until then, an orientation without tilt counts as planar, its inclination as
+    /// unknown.
     pub(super) has_tilt: bool,
 }
 
@@ -144,7 +145,8 @@ impl Filters {
         alone.filter(move |alone| followed == Followed::Joints(alone.stream()))
     }
 
-    /// How much of the [`faster`] filters is in the estimates of the platform's motion at a stamp: the same of all.
+    /// Returns the share of the [`faster`] filters in the estimates of the platform's motion at a stamp (0 to 1), the same for
+    /// all of them.
     pub(super) fn share_of_faster(&self, stamp_ns: i64) -> f64 {
         let force = self.get(Followed::SpecificForce);
         let turning = self.get(Followed::AngularVelocity);
@@ -278,7 +280,7 @@ impl Filters {
         Ok(())
     }
 
-    /// Specific force and angular velocity of a sample without what shakes the IMU, and when that was measured (ns).
+    /// Returns specific force and angular velocity of a sample without the vibration of the IMU, and their stamp (ns).
     fn unshaken(
         &mut self,
         stamp_ns: i64,
@@ -570,7 +572,7 @@ struct Triple {
     value: Vector3<f64>,
     rate: Vector3<f64>,
     covariance: Matrix,
-    /// How far values and rates are behind.
+    /// Lag of the values and of the rates behind a motion that changes fast.
     lag: [Vector3<f64>; 2],
 }
 

@@ -9,7 +9,7 @@ use crate::state::Sensors;
 /// Rounding of an angle within a turn (rad).
 const ROUNDING: f64 = 1e-3;
 
-/// The same step, the shorter way round (rad): a position may have begun a new turn.
+/// Returns the step the shorter way round (rad): a position may have begun a new turn.
 pub(in crate::estimation) fn shorter_way(step: f64) -> f64 {
     match step.abs() > PI {
         true => step - TAU * (step / TAU).round(),
@@ -20,7 +20,7 @@ pub(in crate::estimation) fn shorter_way(step: f64) -> f64 {
 /// The joints that may turn without end.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Turns {
-    /// By stream: whether each of its joints may.
+    /// By stream: whether each of its joints may turn a whole turn.
     may_turn: Vec<Vec<bool>>,
     /// Positions of one sample.
     counted: Vec<f64>,

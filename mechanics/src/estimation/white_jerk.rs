@@ -7,7 +7,7 @@ pub(crate) type ChannelState = [f64; 3];
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Channel {
     pub(super) jet: ChannelState,
-    /// How far it is behind, beside its noise: see [`lag`](super::lag).
+    /// Lag of the estimate behind a motion that changes fast, in addition to its noise: see [`lag`](super::lag).
     pub(super) lag: ChannelState,
 }
 

@@ -163,7 +163,7 @@ impl OutcomeColumns {
 pub struct BatchWorkspace {
     workspace: Workspace<Lanes>,
     state: State<Lanes>,
-    /// Of each column, the last rows.
+    /// The last rows of each column.
     staged: Vec<[[f64; Lanes::COUNT]; LANES_STAGED]>,
 }
 
@@ -195,7 +195,7 @@ pub struct BatchEvaluator {
     model: Arc<Model>,
     /// Memory that no thread uses at the moment.
     idle: Mutex<Vec<BatchWorkspace>>,
-    /// The same for outcomes that are only looked at.
+    /// Memory for outcomes that are only looked at, and that no thread uses at the moment.
     idle_outcomes: Mutex<Vec<OutcomeColumns>>,
 }
 
@@ -230,7 +230,7 @@ impl BatchEvaluator {
         &self.model
     }
 
-    /// The same as [`evaluate_rows`].
+    /// Evaluates rows as [`evaluate_rows`] does, in parallel.
     #[must_use]
     pub fn evaluate(&self, states: &StateColumns, rows: Range<usize>) -> OutcomeColumns {
         let mut outcomes = OutcomeColumns::empty(&self.machine, self.scope);
@@ -289,8 +289,8 @@ pub fn evaluate_rows(
     outcomes
 }
 
-/// The same as [`evaluate_rows`], into columns whose previous rows it replaces. Blocks no longer than those
-/// before do not allocate.
+/// Evaluates rows as [`evaluate_rows`] does, into columns whose previous rows it replaces. Blocks no longer than those before do
+/// not allocate.
 ///
 /// # Panics
 /// `outcomes` are columns of another machine, or of a larger scope than that of the workspace.
@@ -304,8 +304,8 @@ pub fn evaluate_into(
     evaluate_changed(machine, states, rows, &|_| {}, workspace, outcomes);
 }
 
-/// The same as [`evaluate_into`], of states that `change` has changed. It is not generic: the equations shall be compiled in
-/// this crate, where everything small is inlined.
+/// Evaluates rows as [`evaluate_into`] does, of states that `change` has changed. It is not generic: the equations shall be
+/// compiled in this crate, where everything small is inlined.
 fn evaluate_changed(
     machine: &Machine,
     states: &StateColumns,
@@ -393,7 +393,7 @@ pub fn ground_forces(
     })
 }
 
-/// What `look` makes of each of `rows`, as many at a time as there are lanes.
+/// Returns the result of `look` for each of `rows`, which it gets as many at a time as there are lanes.
 fn of_rows<R>(
     states: &StateColumns,
     rows: Range<usize>,
@@ -421,7 +421,7 @@ struct OutcomeSigns {
 }
 
 impl Reasons {
-    /// These reasons and those that the row's outcome adds.
+    /// Returns these reasons with those that the row's outcome adds.
     #[must_use]
     pub fn with_outcome(self, outcome: &Outcome<f64>) -> Self {
         self.with_signs(&OutcomeSigns {

@@ -22,7 +22,7 @@ pub(crate) struct Explained<'a, T: Real> {
     pub(crate) tool_wrench: &'a Wrench<T>,
 }
 
-/// Computes what the scope requests. The analytic model gets only indicators: its own terms are its load
+/// Computes the quantities that the scope requests. The analytic model gets only indicators: its own terms are its load
 /// contributions.
 pub(crate) fn explain<T: Real>(it: &Explained<'_, T>, w: &mut Workspace<T>, model: &Model) {
     let whole_body = matches!(model, Model::WholeBody);

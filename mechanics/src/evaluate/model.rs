@@ -73,7 +73,7 @@ impl ClosedForm {
         })
     }
 
-    /// The signals from which it takes the platform's acceleration.
+    /// Returns the signals from which the model takes the platform's acceleration.
     #[must_use]
     pub fn input(&self) -> ClosedFormInput {
         self.input

@@ -185,13 +185,13 @@ impl RowColumn {
         unit: "",
         meaning: "Level of the monitor: see [Verdicts](services.md#verdicts)",
     };
-    /// What the level stands on.
+    /// Basis of the verdict's level.
     pub const VERDICT_BASIS: Self = Self {
         name: "verdict_basis",
         unit: "",
         meaning: "What the level stands on, `proven`, `assumed` or `doubted`: see [Verdicts](services.md#verdicts)",
     };
-    /// What is not proven.
+    /// Unproven signals.
     pub const UNPROVEN: Self = Self {
         name: "unproven",
         unit: "",
@@ -216,9 +216,9 @@ impl RowColumn {
         meaning: "Faults of the input that the monitor found; only in logs that it recorded",
     };
 
-    /// Those before the quantities.
+    /// Columns before the quantities.
     pub const BEFORE: [Self; 3] = [Self::TIME, Self::VALID, Self::REASONS];
-    /// Those after the quantities.
+    /// Columns after the quantities.
     pub const AFTER: [Self; 6] = [
         Self::VERDICT,
         Self::VERDICT_LATCHED,

@@ -1,4 +1,4 @@
-//! What the table of quantities is made of: what a quantity is of, when it is computed, how it is named.
+//! Parts of the table of quantities: index, scope in which a quantity is computed, and name.
 
 use crate::evaluate::scope::Scope;
 use crate::explain::attribution::Contribution;
@@ -17,20 +17,20 @@ pub struct QuantityKind {
     pub unit: &'static str,
     /// The meaning, as Markdown.
     pub meaning: &'static str,
-    /// The quantities that it is read together with.
+    /// Group of quantities that are read together.
     pub group: QuantityGroup,
-    /// When it is computed.
+    /// Condition under which the quantity is computed.
     pub when: When,
 }
 
 /// Quantities that are read together: a message of `derived.mcap`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, strum::VariantArray)]
 pub enum QuantityGroup {
-    /// What the wheels carry.
+    /// Loads of the wheels.
     Loads,
-    /// How far the machine is from lifting a wheel.
+    /// Margins against lifting a wheel.
     Margins,
-    /// What the loads are due to.
+    /// Contributions to the loads.
     Causes,
     /// Everything else.
     Indicators,
@@ -41,7 +41,7 @@ impl QuantityGroup {
     pub const ALL: &'static [Self] = <Self as strum::VariantArray>::VARIANTS;
 }
 
-/// When a quantity is computed.
+/// Condition under which a quantity is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum When {
     /// Always.
@@ -86,13 +86,13 @@ impl When {
 /// Names of the parts of a machine in the names of columns, in lower case.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct ColumnNames {
-    /// Of the wheels.
+    /// Names of the wheels.
     pub wheels: Vec<String>,
-    /// Of the edges of the support polygon.
+    /// Names of the edges of the support polygon.
     pub edges: Vec<String>,
-    /// Of the linkage of each actuated joint.
+    /// Name of the linkage of each actuated joint.
     pub linkages: Vec<String>,
-    /// Of the links.
+    /// Names of the links.
     pub links: Vec<String>,
 }
 
@@ -136,7 +136,7 @@ pub enum GroundPoint {
     RearAxle,
 }
 
-/// What a quantity can be of: all of its values for a machine, and their names in columns.
+/// The index of a quantity, such as a wheel: all of its values for a machine, and their names in columns.
 pub(super) trait Index {
     type Value;
     fn all(machine: &Machine) -> impl Iterator<Item = Self::Value>;

@@ -1,6 +1,6 @@
-//! How much an evaluation computes.
+//! Scope of an evaluation.
 
-/// What an evaluation computes besides the loads, their envelope and the centre of pressure.
+/// Quantities that an evaluation computes in addition to the loads, their envelope and the centre of pressure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Scope {
     /// All other measures of stability.
@@ -13,7 +13,7 @@ pub struct Scope {
     pub sensitivities: bool,
     /// Terms and wheel motion of the analytic model, where that model is used.
     pub terms: bool,
-    /// Columns for what motion between the rows of a sparse log can have done. An evaluation leaves them unknown.
+    /// Columns for the effect of motion between the rows of a sparse log. An evaluation leaves them unknown.
     pub between_rows: bool,
 }
 

@@ -1,4 +1,4 @@
-//! What explains the loads: their derivatives, indicators of stability, uncertainty and causes.
+//! Explanation of the loads: their derivatives, indicators of stability, uncertainty and load contributions.
 
 pub(crate) mod attribution;
 pub mod indicators;

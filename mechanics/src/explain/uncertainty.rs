@@ -22,9 +22,9 @@ use crate::state::State;
 /// Standard deviations of the loads at one instant.
 #[derive(Debug, Clone)]
 pub struct Uncertainty<T> {
-    /// Of the OTF, by wheel (N).
+    /// Standard deviation of the OTF, by wheel (N).
     pub otf: Vec<T>,
-    /// Of the load, by wheel (N). For a lifted wheel it is that of its OTF, which shows how certain the
+    /// Standard deviation of the load, by wheel (N). For a lifted wheel it is that of its OTF, which shows how certain the
     /// lift-off is. NaN while the machine tips.
     pub load: Vec<T>,
     /// U = 1 - (OTF - 2 sigma) / static load, of the worst wheel; NaN without a static load.
@@ -45,7 +45,7 @@ impl<T: Real> Uncertainty<T> {
 /// Sums that the variance of a load is collected in.
 const PARTIAL_SUMS: usize = 4;
 
-/// How the derivatives with respect to parameters enter the variance; built once per machine.
+/// Variances of the parameters, prepared for summing up the variance of a load; built once per machine.
 #[derive(Debug, Clone)]
 pub(crate) struct ParameterSigmas {
     /// Variances of all independently uncertain parameters.
@@ -53,7 +53,7 @@ pub(crate) struct ParameterSigmas {
     /// Start index of each link's inertia tensor, and the standard deviations of its elements, which share
     /// one factor.
     inertias: Vec<(usize, [f64; 6])>,
-    /// What an identification removed of these variances.
+    /// Directions in which an identification has reduced these variances.
     identified: Vec<ToldDirection>,
     pub(crate) model_share: f64,
 }
@@ -69,7 +69,7 @@ enum Variances {
 /// A direction that an identification told.
 #[derive(Debug, Clone)]
 struct ToldDirection {
-    /// Share of the variance that it removed.
+    /// Share of the variance that the identification removed.
     share: f64,
     /// Index of each parameter, and its weight times its prior standard deviation.
     weights: Vec<(usize, f64)>,
@@ -153,7 +153,7 @@ impl ParameterSigmas {
     }
 }
 
-/// Those of these variances that are not zero.
+/// Returns those of the variances that are not zero, in groups of consecutive ones.
 fn consecutive_variances(variances: &[f64]) -> Vec<Variances> {
     let mut found = Vec::new();
     let mut first = 0;
@@ -208,20 +208,20 @@ fn add_squares<T: Real, const N: usize>(
     }
 }
 
-/// What the standard deviations of the loads depend on besides the derivatives.
+/// Inputs of the standard deviations of the loads, other than the derivatives.
 pub(crate) struct LoadSigmas<'a, T: Real> {
     sigmas: &'a ParameterSigmas,
     state: &'a State<T>,
     signals: SignalPlaces,
-    /// Of the model (N^2).
+    /// Variance of the model (N^2).
     model: T,
     load: &'a [T],
-    /// What measured torques leave of the split, of OTF and load.
+    /// Variances of OTF and load that remain of the load split after measured torques (N^2).
     measured_variances: [[T; MAX_WHEELS]; 2],
 }
 
 impl<'a, T: Real> LoadSigmas<'a, T> {
-    /// Of the loads `load`, with `measured_variances` what measured torques leave of the split, of OTF and load.
+    /// Inputs for the loads `load`, with the variances of OTF and load that remain of the load split after measured torques.
     pub(crate) fn new(
         machine: &Machine,
         sigmas: &'a ParameterSigmas,
@@ -284,7 +284,7 @@ pub(crate) fn utilisation<T: Real>(machine: &Machine, otf: &[T], otf_sigma: &[T]
     })
 }
 
-/// U of the worst wheel, from what is sure of the OTF of each: OTF - 2 sigma, or the least that is possible (N).
+/// Returns U of the worst wheel, from a lower bound of each wheel's OTF (N): OTF - 2 sigma, or the least that is possible.
 pub fn largest_utilisation<T: Real>(machine: &Machine, sure: impl Fn(usize) -> T) -> T {
     let mut worst = T::constant(f64::NEG_INFINITY);
     for (wheel, &static_load) in machine.reference.static_load.iter().enumerate() {

@@ -14,13 +14,13 @@ pub struct Motion<T> {
 }
 
 impl<T: Real> Motion<T> {
-    /// At rest at position zero.
+    /// Returns the motion at rest at position zero.
     #[must_use]
     pub fn zero() -> Self {
         Self::at_rest(T::zero())
     }
 
-    /// At rest at a position.
+    /// Returns the motion at rest at a position.
     #[must_use]
     pub fn at_rest(position: T) -> Self {
         let (rate, acceleration) = (T::zero(), T::zero());
@@ -31,7 +31,7 @@ impl<T: Real> Motion<T> {
         }
     }
 
-    /// The same motion in another number type.
+    /// Returns the motion in another number type.
     pub fn map<U>(&self, convert: impl Fn(T) -> U) -> Motion<U> {
         Motion {
             position: convert(self.position),
@@ -67,7 +67,7 @@ pub struct Coordinate<T> {
 }
 
 impl<T: Real> Coordinate<T> {
-    /// Of a joint that turns.
+    /// Returns the coordinate of a joint that turns.
     pub fn turned(cos: T, sin: T, rate: T, acceleration: T) -> Self {
         Self {
             cos,
@@ -78,7 +78,7 @@ impl<T: Real> Coordinate<T> {
         }
     }
 
-    /// The same coordinate in another number type.
+    /// Returns the coordinate in another number type.
     pub fn map<U>(&self, convert: impl Fn(T) -> U) -> Coordinate<U> {
         Coordinate {
             cos: convert(self.cos),
@@ -89,7 +89,7 @@ impl<T: Real> Coordinate<T> {
         }
     }
 
-    /// Of a joint that slides.
+    /// Returns the coordinate of a joint that slides.
     pub fn slid(displacement: T, rate: T, acceleration: T) -> Self {
         Self {
             cos: T::one(),

@@ -53,7 +53,7 @@ impl<T: Real> Wrench<T> {
         each(&self.force).dot(&coefficients.force) + each(&self.moment).dot(&coefficients.moment)
     }
 
-    /// The same wrench with its moment taken about `point`, given relative to the present point.
+    /// Returns the wrench with its moment taken about `point`, given relative to the present point.
     #[must_use]
     pub fn about(&self, point: &Vector3<T>) -> Self {
         Self {
@@ -131,13 +131,13 @@ pub fn rotate_constant<T: Real>(r: &Matrix3<T>, v: &Vector3<f64>) -> Vector3<T> 
     )
 }
 
-/// The same constant vector for every sample.
+/// Returns a constant vector for every sample.
 #[inline(always)]
 pub fn constant<T: Real>(v: &Vector3<f64>) -> Vector3<T> {
     Vector3::new(T::constant(v.x), T::constant(v.y), T::constant(v.z))
 }
 
-/// The same vector for several wheels side by side.
+/// Returns the vector for each of several wheels side by side.
 #[inline(always)]
 pub fn each<T: Real>(v: &Vector3<T>) -> Vector3<T::Wheels> {
     Vector3::new(

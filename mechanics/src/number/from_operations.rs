@@ -1,4 +1,4 @@
-//! What numbers with derivatives have alike.
+//! Common implementations of numbers with derivatives.
 
 /// `op=`, zero and one of a number with derivatives, from its `op` and its `fixed`.
 macro_rules! from_operations {

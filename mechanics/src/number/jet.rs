@@ -80,7 +80,7 @@ impl<T: Real> Mul for Jet<T> {
 
 impl<T: Real> Div for Jet<T> {
     type Output = Self;
-    /// From `quotient * other = self`, differentiated twice.
+    /// Returns the quotient, from `quotient * other = self`, differentiated twice.
     #[inline(always)]
     fn div(self, other: Self) -> Self {
         let inverse = T::one() / other.value;
@@ -127,7 +127,7 @@ impl<T: Real> Real for Jet<T> {
         }
     }
 
-    /// From `root^2 = self`, differentiated twice.
+    /// Returns the root, from `root^2 = self`, differentiated twice.
     #[inline(always)]
     fn sqrt(self) -> Self {
         let value = self.value.sqrt();

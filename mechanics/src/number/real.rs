@@ -11,7 +11,7 @@ use num_traits::{One, Zero};
 pub trait Mask:
     Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
 {
-    /// The same truth value for every sample.
+    /// Returns one truth value for every sample.
     fn splat(value: bool) -> Self;
     /// Whether the value of any sample is true.
     fn any(self) -> bool;
@@ -20,19 +20,19 @@ pub trait Mask:
 /// Numbers of several wheels at the same instant, side by side. What is derived wheel by wheel with the same
 /// operations gives the same bits.
 pub trait Wheels<T: Real>: Real {
-    /// How many wheels it holds.
+    /// Number of wheels held.
     const COUNT: usize;
 
-    /// The same number for every wheel.
+    /// Returns one number for every wheel.
     fn each(number: T) -> Self;
 
-    /// The number of each place.
+    /// Returns the numbers by place.
     fn from_fn(number: impl Fn(usize) -> T) -> Self;
 
-    /// The numbers of consecutive wheels; zero where there are fewer than [`Self::COUNT`].
+    /// Returns the numbers of consecutive wheels; zero where there are fewer than [`Self::COUNT`].
     fn of(numbers: &[T]) -> Self;
 
-    /// The number of one wheel.
+    /// Returns the number of one wheel.
     fn wheel(self, place: usize) -> T;
 }
 
@@ -90,8 +90,7 @@ pub trait Real:
     /// The constant `value` for every sample.
     fn constant(value: f64) -> Self;
 
-    /// This number times a constant: `self * Self::constant(factor)`, cheaper for types that carry
-    /// derivatives.
+    /// Returns this number times a constant: `self * Self::constant(factor)`, cheaper for types that carry derivatives.
     #[inline(always)]
     #[must_use]
     fn scaled(self, factor: f64) -> Self {
@@ -113,7 +112,7 @@ pub trait Real:
     /// `if_true` where `mask` is true, `if_false` elsewhere.
     fn select(mask: Self::Mask, if_true: Self, if_false: Self) -> Self;
 
-    /// The same value as a constant, with zero derivatives.
+    /// Returns the value as a constant, with zero derivatives.
     #[must_use]
     fn held(self) -> Self {
         self

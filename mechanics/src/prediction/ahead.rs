@@ -4,10 +4,11 @@ use super::gap::PredictionGap;
 use super::law::Law;
 use crate::explain::attribution::Contribution;
 
-/// What one assumed motion leads to within the horizon.
+/// Prediction by one assumed motion, up to the horizon.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ahead {
-    /// Why nothing is predicted; the numbers are NaN then, and there is no wheel and no cause.
+    /// Reason for which nothing is predicted; the numbers are NaN then, and there is no wheel and no cause. `None` for a
+    /// prediction.
     pub gap: Option<PredictionGap>,
     /// The wheel that lifts first; if none does, the one that comes closest to lifting.
     pub wheel: Option<usize>,
@@ -22,7 +23,7 @@ pub struct Ahead {
     /// Greatest utilisation at the first instant with a lifted wheel; if there is none, at that with the smallest OTF as a
     /// fraction of the static load.
     pub utilisation: f64,
-    /// What takes most load off the wheel until that instant; `None` if nothing does.
+    /// Contribution that takes most load off the wheel until that instant; `None` if none does.
     pub cause: Option<Contribution>,
     /// Smallest OTF within the horizon, by wheel (N).
     pub otf_least: Vec<f64>,
@@ -65,13 +66,13 @@ impl Ahead {
     }
 }
 
-/// What every assumed motion leads to.
+/// Predictions by every assumed motion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prediction {
-    /// By [`Law`], in their order.
+    /// Prediction by each [`Law`], in their order.
     pub ahead: [Ahead; Law::ALL.len()],
-    /// Time from the row for which it was made to the row that it is given for (s): zero if it was made for that row. Its times are
-    /// from the row for which it was made. NaN if nothing is known.
+    /// Age of the prediction (s): time from the row for which it was made to the row that it is given for; zero in the former.
+    /// Its times count from the former row. NaN if nothing is known.
     pub age_s: f64,
 }
 
@@ -85,7 +86,7 @@ impl Prediction {
         }
     }
 
-    /// What this motion leads to.
+    /// Returns the prediction by this motion.
     #[must_use]
     pub fn of(&self, law: Law) -> &Ahead {
         &self.ahead[law as usize]

@@ -1,7 +1,7 @@
-//! Why there is no prediction.
+//! Reasons for a missing prediction.
 
 named! {
-    /// Why nothing is predicted for a [`Law`](super::Law).
+    /// Reason for which nothing is predicted for a [`Law`](super::Law).
     #[repr(u8)]
     pub enum PredictionGap {
         /// The present row has no meaningful loads, or its level is unknown or a fault.

@@ -3,11 +3,11 @@
 use super::decay::Decay;
 use crate::machine::Machine;
 
-/// Time constant with which roll, pitch and heave die away (s): what the platform does on its tyres and on the ground is no
-/// motion that goes on.
+/// Time constant with which roll, pitch and heave die away (s): motion of the platform on its tyres and on the ground does not go
+/// on.
 pub(super) const SHAKE_S: f64 = 0.1;
 
-/// An instant ahead, with what depends on it alone.
+/// An instant ahead, with the values that depend on it alone.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Instant {
     /// Time from now (s).
@@ -16,7 +16,7 @@ pub(super) struct Instant {
     pub(super) joint_decay_s: f64,
     pub(super) joint: Decay,
     pub(super) platform: Decay,
-    /// What the platform does on its tyres.
+    /// Decay of the platform's roll, pitch and heave on its tyres.
     pub(super) shake: Decay,
 }
 

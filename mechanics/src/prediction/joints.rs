@@ -7,25 +7,25 @@ use super::platform::Course;
 use crate::geometry::coordinate::Motion;
 use crate::machine::{JointCoupling, LinkGroup, Machine};
 
-/// What a joint is, as far as its motion depends on it.
+/// Role of a joint, as far as its assumed motion depends on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Role {
-    /// It spins a wheel and rolls with the platform.
+    /// Spins a wheel and rolls with the platform.
     Wheel,
-    /// Nothing drives it, like the pivot of a bogie: the ground moves it, and what the ground does next is unknown.
+    /// Passive, like the pivot of a bogie: the ground moves it, and the next ground is unknown.
     Passive,
-    /// It moves the arm.
+    /// Moves the arm.
     Arm,
-    /// It moves anything else: steering, a suspension.
+    /// Moves anything else: steering, a suspension.
     Other,
 }
 
-/// How one joint moves.
+/// Assumed motion of one joint.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct JointLaw {
     role: Role,
     limits: [f64; 2],
-    /// When the arm stops now (rad/s^2 or m/s^2).
+    /// Deceleration of the joint if the arm stops now (rad/s^2 or m/s^2).
     deceleration: f64,
     /// Greatest rate (rad/s or m/s): no joint is asked for more.
     rate: f64,

@@ -1,4 +1,4 @@
-//! What the wheels would carry in the next seconds if the motion goes on, if the platform brakes, if the arm stops.
+//! Predicted wheel loads of the next seconds if the motion goes on, if the platform brakes, if the arm stops.
 //!
 //! A [`Predictor`] extrapolates the present state by three stated motions ([`Law`]) and evaluates the states ahead by the
 //! same equations as the present one. It has no memory: the same state gives the same bits, live and offline.

@@ -15,7 +15,7 @@ use crate::verdict::Level;
 /// middle of a session makes no difference after one period.
 #[derive(Debug)]
 pub struct PacedPredictor {
-    /// On a machine whose supports come and go nothing is predicted, and this is told instead.
+    /// The predictor; on a machine whose supports come and go, the empty prediction that is told instead.
     predictor: Result<Box<Predictor>, Prediction>,
     period_ns: i64,
     /// Time of the row for which the last prediction was made, if it may be repeated (ns).
@@ -81,8 +81,8 @@ fn on_other_supports(machine: &Machine) -> Prediction {
     unknown
 }
 
-/// Whether by this motion no wheel may lift within the horizon, not even where its OTF is two standard deviations less. What is
-/// never predicted on a machine hides nothing.
+/// Whether no wheel may lift within the horizon by this motion, not even where its OTF is two standard deviations less. True for
+/// a motion that is never predicted on the machine: it hides nothing.
 fn is_quiet(ahead: &Ahead) -> bool {
     match ahead.gap {
         None => ahead.earliest_s.is_nan() && ahead.lift_off_s.is_nan(),

@@ -26,15 +26,15 @@ const BAND: f64 = 2.0;
 /// Row of the present state among those that are explained; the laws follow.
 const NOW: usize = 0;
 
-/// What is computed of the present state and of one state of each law, beyond the loads.
+/// Scope of the evaluation of the present state, and of one state of each law.
 const EXPLAINED: Scope = Scope {
     contributions: true,
     sensitivities: true,
     ..Scope::LOADS
 };
 
-/// Predicts the loads of one machine from its present state. It keeps nothing from one row to the next but what was asked for; a prediction does not
-/// allocate.
+/// Predicts the loads of one machine from its present state. Keeps nothing from one row to the next but the commanded rates; a
+/// prediction does not allocate.
 #[derive(Debug)]
 pub struct Predictor {
     joints: Vec<JointLaw>,
@@ -59,7 +59,7 @@ pub struct Predictor {
     prediction: Prediction,
 }
 
-/// Where numbers are among the columns: a search in every row would cost as much as the loads.
+/// Places of numbers among the columns: a search in every row would cost as much as the loads.
 #[derive(Debug)]
 struct Places {
     /// OTF by wheel, of the states ahead.
@@ -99,8 +99,8 @@ struct Worst {
     instant: usize,
     /// Its row among the states ahead.
     row: usize,
-    /// The last instant up to it at which the machine does not tip: a machine that tips has no standard deviations and no
-    /// causes. `None` if it tips at once, and then those of the present state are used.
+    /// The last instant up to the worst one at which the machine does not tip: a machine that tips has no standard deviations and
+    /// no causes. `None` if it tips at once, and then those of the present state are used.
     explained: Option<usize>,
 }
 
@@ -253,7 +253,7 @@ impl Predictor {
         }
     }
 
-    /// Copies the present state, without the forces of actuators: what they will be is unknown, and the split rule holds.
+    /// Copies the present state, without the forces of actuators: their future values are unknown, and the split rule holds.
     fn begin(&mut self, machine: &Machine, state: &State<f64>) -> Platform {
         self.now.copy_from(state);
         self.now.actuator_force.fill(f64::NAN);
@@ -347,7 +347,8 @@ impl Predictor {
         }
     }
 
-    /// When the OTF of a wheel plus `more` becomes zero (s), by straight lines between the instants; NaN if it does not.
+    /// Returns the time at which the OTF of a wheel plus `more` becomes zero (s), by straight lines between the instants; NaN if
+    /// it does not.
     fn crossing_s(&self, law: Law, wheel: usize, more: f64) -> f64 {
         let mut before: Option<(f64, f64)> = None;
         for node in self.nodes(law) {

@@ -15,7 +15,7 @@ const TILE: usize = 8;
 /// columns whose length is a power of two do not compete for the same places of the cache.
 #[derive(Debug, Clone)]
 pub struct StateColumns {
-    /// Of each tile, its part of each column. Rows beyond the last one are unspecified.
+    /// Values of each tile: its part of each column. Rows beyond the last one are unspecified.
     tiles: Vec<[f64; TILE]>,
     /// Number of columns.
     width: usize,
@@ -34,17 +34,6 @@ impl StateColumns {
             tiles: vec![[f64::NAN; TILE]; width * rows.div_ceil(TILE)],
             width,
             rows,
-        }
-    }
-
-    /// No rows, with memory for `rows`.
-    #[must_use]
-    pub fn with_capacity(machine: &Machine, rows: usize) -> Self {
-        let width = State::<f64>::size(machine);
-        Self {
-            tiles: Vec::with_capacity(width * rows.div_ceil(TILE)),
-            width,
-            rows: 0,
         }
     }
 
@@ -145,7 +134,7 @@ impl StateColumns {
         (constants, varying)
     }
 
-    /// Puts together what [`Self::constant_and_varying`] took apart. Parts that are missing are unknown.
+    /// Joins the parts into which [`Self::constant_and_varying`] divides a state. Missing parts are unknown.
     #[must_use]
     pub fn of_constant_and_varying(
         rows: usize,

@@ -30,26 +30,26 @@ pub struct State<T> {
     pub base: BaseState<T>,
     /// Covariance of the numbers above due to signal noise.
     pub noise: SignalNoise<T>,
-    /// How far the numbers above may be behind a motion that changes fast; zero where later samples are known, too.
+    /// Lag of the numbers above behind a motion that changes fast; zero where later samples are known, too.
     pub lag: Lag<T>,
 }
 
-/// What the estimates of a filter that knows only the past may lack of a motion that changes fast, beside their noise. The
-/// errors belong together: they have the signs of one motion.
+/// Lag of a causal filter's estimates behind a motion that changes fast, in addition to their noise. The errors belong together:
+/// they have the signs of one motion.
 #[derive(Debug, Clone)]
 pub struct Lag<T> {
-    /// By joint, of its acceleration (rad/s^2 or m/s^2). Position and velocity lack in proportion, as the last column of
-    /// the covariance of a joint's noise says.
+    /// Lag of the acceleration, by joint (rad/s^2 or m/s^2). Position and velocity lag in proportion to the last column of the
+    /// covariance of a joint's noise.
     pub joints: Vec<T>,
-    /// Of the specific force (m/s^2).
+    /// Lag of the specific force (m/s^2).
     pub specific_force: Vector3<T>,
-    /// Of the angular velocity (rad/s).
+    /// Lag of the angular velocity (rad/s).
     pub angular_velocity: Vector3<T>,
-    /// Of the angular acceleration (rad/s^2).
+    /// Lag of the angular acceleration (rad/s^2).
     pub angular_acceleration: Vector3<T>,
 }
 
-/// How far the length of a stated upward unit vector may be from 1.
+/// Largest deviation of the length of a stated upward unit vector from 1.
 pub const UNIT_TOLERANCE: f64 = 0.01;
 
 /// Attitude and velocity of the base, in base axes; NaN where unknown.
@@ -80,18 +80,18 @@ pub struct JetCovariance<T> {
 /// several channels of a kind, the largest.
 #[derive(Debug, Clone, Copy)]
 pub struct SignalNoise<T> {
-    /// Of a joint's position, velocity and acceleration.
+    /// Covariance of a joint's position, velocity and acceleration.
     pub joint: JetCovariance<T>,
-    /// Of a component of the specific force (m^2/s^4).
+    /// Variance of a component of the specific force (m^2/s^4).
     pub specific_force: T,
     /// The systematic error of the specific force, as far as the signals have narrowed it down.
     pub accelerometer_bias: AccelerometerBias<T>,
-    /// Of a component of the angular velocity: its variance, its covariance with the angular acceleration,
-    /// and the variance of the latter (rad^2/s^2, rad^2/s^3, rad^2/s^4).
+    /// Variance of a component of the angular velocity, its covariance with the angular acceleration, and the variance of the
+    /// latter (rad^2/s^2, rad^2/s^3, rad^2/s^4).
     pub turning: [T; 3],
-    /// Of a component of the tool wrench (N^2 or N^2 m^2).
+    /// Variance of a component of the tool wrench (N^2 or N^2 m^2).
     pub tool_wrench: T,
-    /// Of the mass of a payload that is estimated row by row (kg^2).
+    /// Variance of the mass of a payload that is estimated row by row (kg^2).
     pub payload_mass: T,
 }
 
@@ -156,7 +156,7 @@ impl<T: Real> State<T> {
         4 * joints + 9 + 6 + actuated + machine.payloads.len() + 1 + 9 + 21 + 9
     }
 
-    /// The same state in another number type.
+    /// Returns the state in another number type.
     #[must_use]
     pub fn map<U: Real>(&self, convert: impl Fn(T) -> U) -> State<U> {
         let vector = |v: &Vector3<T>| v.map(&convert);
@@ -342,7 +342,7 @@ impl<T: Real> BaseState<T> {
 }
 
 impl<T: Real> AccelerometerBias<T> {
-    /// Nothing is known beyond what the machine file states.
+    /// Returns the bias as uncertain as the machine file states it.
     #[must_use]
     pub fn unknown() -> Self {
         Self {

@@ -1,7 +1,7 @@
-//! Why a row is invalid or doubted.
+//! Reasons for which a row is invalid or doubted.
 
 named! {
-    /// What is said of a row: why it is invalid, or [`Reason::Contradiction`], which leaves it valid.
+    /// Reason for which a row is invalid; [`Reason::Contradiction`] leaves a row valid, and casts doubt on it.
     #[derive(PartialOrd, Ord)]
     #[repr(u8)]
     pub enum Reason {
@@ -40,6 +40,14 @@ named! {
     }
 }
 
+/// Of each signal, the gap and the fault.
+const OF_SIGNALS: [[Reason; 2]; 4] = [
+    [Reason::JointsGap, Reason::JointsFault],
+    [Reason::ImuGap, Reason::ImuFault],
+    [Reason::OdometryGap, Reason::OdometryFault],
+    [Reason::ToolWrenchGap, Reason::ToolWrenchFault],
+];
+
 /// A set of reasons.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 pub struct Reasons(u16);
@@ -75,7 +83,7 @@ impl Reasons {
         self.0 & !Self::of(Reason::Contradiction).0 == 0
     }
 
-    /// Whether nothing is said of the row: it is valid, and not doubted.
+    /// Whether there is no reason: the row is valid, and not doubted.
     #[must_use]
     pub fn is_empty(self) -> bool {
         self.0 == 0
@@ -109,19 +117,30 @@ impl Reasons {
     /// Whether a signal is missing.
     #[must_use]
     pub fn have_gap(self) -> bool {
-        self.has(Reason::JointsGap)
-            || self.has(Reason::ImuGap)
-            || self.has(Reason::OdometryGap)
-            || self.has(Reason::ToolWrenchGap)
+        OF_SIGNALS.iter().any(|[gap, _]| self.has(*gap))
     }
 
     /// Whether a signal that the row depends on is implausible by itself.
     #[must_use]
     pub fn have_signal_fault(self) -> bool {
-        self.has(Reason::JointsFault)
-            || self.has(Reason::ImuFault)
-            || self.has(Reason::OdometryFault)
-            || self.has(Reason::ToolWrenchFault)
+        OF_SIGNALS.iter().any(|[_, fault]| self.has(*fault))
+    }
+
+    /// Returns the faults of signals whose implausible samples are left out: those in a gap of this row, and those of the rows `before`
+    /// while the gap goes on.
+    pub(crate) fn left_out(self, before: Self) -> Self {
+        let mut faults = Self::NONE;
+        for [gap, fault] in OF_SIGNALS {
+            if self.has(gap) && (self.has(fault) || before.has(fault)) {
+                faults.add(fault);
+            }
+        }
+        faults
+    }
+
+    /// Whether a signal is missing, and not because its implausible samples are `left_out`.
+    pub(crate) fn have_gap_besides(self, left_out: Self) -> bool {
+        (OF_SIGNALS.iter()).any(|[gap, fault]| self.has(*gap) && !left_out.has(*fault))
     }
 
     /// The reasons, in order.

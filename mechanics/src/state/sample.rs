@@ -92,7 +92,7 @@ pub struct Sample<'a> {
 }
 
 impl<'a> Sample<'a> {
-    /// Of a sensor, measured at a time (ns).
+    /// Creates a sample of a sensor, measured at a time (ns).
     #[must_use]
     pub fn new(sensor: Sensor, stamp_ns: i64, values: &'a [f64]) -> Self {
         Self {
@@ -103,7 +103,7 @@ impl<'a> Sample<'a> {
     }
 }
 
-/// Why a sample was not used.
+/// Cause for which a sample was not used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum SampleError {
     /// Its stamp is not later than that of the preceding sample.

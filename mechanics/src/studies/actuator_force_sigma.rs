@@ -1,4 +1,4 @@
-//! How uncertain the computed force of an actuator is, because of the masses that it carries.
+//! Uncertainty of the computed force of an actuator, because of the masses that it carries.
 
 use crate::evaluate::evaluation::evaluate;
 use crate::evaluate::workspace::Workspace;
@@ -36,7 +36,7 @@ pub fn actuator_force_sigma(machine: &Machine, state: &State<f64>, linkage: usiz
     variance.sqrt()
 }
 
-/// What each mass and each coordinate of a centre of mass changes, off by one standard deviation.
+/// Returns the `change` for each mass and each coordinate of a centre of mass that is off by one standard deviation.
 fn changes_by_links(
     machine: &Machine,
     change: impl Fn(&Machine) -> f64,

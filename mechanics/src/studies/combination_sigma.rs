@@ -1,4 +1,4 @@
-//! How uncertain a combination of loads is.
+//! Standard deviation of a weighted sum of loads.
 
 use crate::evaluate::workspace::Workspace;
 use crate::explain::uncertainty::SignalPlaces;

@@ -1,5 +1,5 @@
-//! What the sensors of the actuated joints would measure if equilibrium and the split rule alone shared the load, and what they
-//! would measure of another motion.
+//! Predicted readings of the actuated joints' force sensors: if equilibrium and the split rule alone shared the load, and in
+//! another motion.
 //!
 //! A measured force f differs from the one by the rule, r, by what nobody states: uneven ground, a support that sinks, a load, an
 //! error of the sensor. It is supposed that another state leaves that difference as it is.
@@ -74,8 +74,8 @@ impl<T: Real> ForcesByRule<T> {
         }
     }
 
-    /// Finds the force of each actuated joint by the split rule: of a support what it carries while all are held to the ground.
-    /// That of one that is off the ground is zero.
+    /// Finds the force of each actuated joint by the split rule: of a support, its load while all supports are held to the
+    /// ground; zero of a support that is off the ground.
     fn find(&mut self, place: usize, machine: &Machine, state: &State<T>) {
         self.state.copy_from(state);
         self.state.actuator_force.fill(T::constant(f64::NAN));

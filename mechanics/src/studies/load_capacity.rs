@@ -1,4 +1,4 @@
-//! How much a machine at rest carries before it tips, or before a wheel is lighter than a limit.
+//! Largest load of a machine at rest before it tips, or before a wheel is lighter than a limit.
 //!
 //! Nothing is solved anew: the loads of [`static_outcome`](super::static_posture::static_outcome) are evaluated with a point
 //! mass on a link, and the mass is sought at which the smallest margin is zero.
@@ -12,7 +12,7 @@ use crate::machine::{LoadOnTool, Machine};
 use crate::state::State;
 use crate::studies::static_posture::{AtRest, at_rest, evaluate_at_rest};
 
-/// A load of more than so many times the machine's mass is no limit of the machine.
+/// Largest load that counts as a limit of the machine, as a multiple of its mass.
 const MOST_MASSES: f64 = 20.0;
 /// The mass is sought to this share of the machine's mass.
 const EXACT_SHARE: f64 = 1e-9;
@@ -71,7 +71,7 @@ impl LadenMachine {
         evaluate_at_rest(&self.machine, &mut self.state, &mut self.workspace)
     }
 
-    /// Where the load is, in the base frame (m).
+    /// Returns the place of the load in the base frame (m).
     #[must_use]
     pub fn place(&self) -> Vector3<f64> {
         self.workspace.point(self.load.body, &self.load.place)

@@ -1,4 +1,4 @@
-//! What is computed with evaluations: static postures, payloads, actuator forces, drawn parameters.
+//! Studies that use evaluations: static postures, payloads, actuator forces, drawn parameters.
 
 pub(crate) mod actuator_force;
 pub(crate) mod actuator_force_sigma;

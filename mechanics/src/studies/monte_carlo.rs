@@ -88,7 +88,7 @@ struct Sampler {
     states: Vec<State<Lanes>>,
     /// Shared by all samples: they change neither its size nor the structure of the machine.
     workspace: Workspace<Lanes>,
-    /// By quantity, row of the block and sample.
+    /// Values by quantity, row of the block and sample.
     values: Vec<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! What the loads of a machine hang on, and what must therefore be proven before a verdict may call it safe.
+//! Signals on which the loads of a machine depend, and which must therefore be proven before a verdict may call it safe.
 //!
 //! A joint counts if its whole range, in some posture of the others, changes the load of a wheel by a share of its static load
 //! that matters. The derivative in one posture would not do: it is zero where a load is largest, and it rests on the very
@@ -23,7 +23,7 @@ const UNLIMITED_TURN: f64 = std::f64::consts::PI;
 const UNLIMITED_SLIDE: f64 = 0.5;
 
 impl Machine {
-    /// What the loads hang on that a commissioning or a motion can prove, with these sensors.
+    /// Returns the signals on which the loads depend, with these sensors, among those that a commissioning or a motion can prove.
     #[must_use]
     pub fn needed_proofs(&self, sensors: &Sensors) -> Proofs {
         let mut needed = Proofs::NONE;

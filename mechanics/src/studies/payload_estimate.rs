@@ -100,11 +100,12 @@ pub(super) struct Scale {
     payload: usize,
     /// The machine without the payload.
     empty: Machine,
-    /// The same with each mass and centre of mass of its links off by one standard deviation.
+    /// The empty machine with each mass and centre of mass of its links off by one standard deviation.
     changed: Vec<Machine>,
-    /// The same with the payload off along each axis.
+    /// The empty machine with the payload's place off along each axis.
     moved: [Machine; 3],
-    /// What each of these does to the mass (kg), and to the mass in proportion; NaN before it was computed.
+    /// Change of the estimated mass by each of `changed` (kg), and by each of `moved` as a share of the mass; NaN before it was
+    /// computed.
     by_changed: Vec<f64>,
     by_moved: [f64; 3],
     /// The next of both to be computed.
@@ -152,8 +153,8 @@ impl Scale {
         (row.excess.is_finite() && row.by_mass.is_finite()).then_some(row)
     }
 
-    /// Computes again in this posture what uncertain links in the pivot's distal subtree and the uncertain position of the payload do
-    /// to the mass: one of so many parts of it, the next with the next call. Does not allocate.
+    /// Computes again, in this posture, the change of the mass by uncertain links in the pivot's distal subtree and by the
+    /// uncertain position of the payload: one of `parts` parts of it, the next with the next call. Does not allocate.
     pub(super) fn update_systematic(&mut self, state: &State<f64>, parts: usize) {
         let places = (self.linkage, self.payload);
         let workspace = &mut self.workspace;
@@ -214,7 +215,7 @@ impl Row {
         Vector2::new(self.by_mass, self.force * self.direction)
     }
 
-    /// Whether a fit explains it, but for `sigmas` standard deviations of one sample, its friction and the fit.
+    /// Whether a fit explains the row within `sigmas` standard deviations: of one sample, of its friction and of the fit.
     pub(super) fn is_explained(&self, by: &Fit, quality: &ForceQuality, sigmas: f64) -> bool {
         let left = self.excess - self.factors().dot(&Vector2::new(by.mass, by.friction));
         let variance = quality.sigma.powi(2)
@@ -230,9 +231,9 @@ pub(super) struct Sums {
     rows: f64,
     normal: Matrix2<f64>,
     right: Vector2<f64>,
-    /// Of the squared excesses (N^2).
+    /// Sum of the squared excesses (N^2).
     squares: f64,
-    /// What friction of one share of the force would add to the right side in the rows in which the rod rests.
+    /// Part of the right side by friction of the whole force, in the rows in which the rod rests.
     at_rest: Vector2<f64>,
 }
 
@@ -303,7 +304,7 @@ pub(super) struct Fit {
 }
 
 impl Machine {
-    /// This machine with a different mass of a payload and its standard deviation (kg).
+    /// Returns this machine with a different mass of a payload and its standard deviation (kg).
     #[must_use]
     pub fn with_payload_mass(&self, payload: usize, mass: f64, sigma: f64) -> Self {
         let change = mass - self.payloads[payload].inertia.mass;

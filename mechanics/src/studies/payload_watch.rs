@@ -11,11 +11,11 @@ use crate::state::{Reason, State};
 const LEAST_ROWS: usize = 5;
 /// Rows that tell whether the load is another one: two seconds.
 const RECENT_ROWS: usize = 10;
-/// What a row counts for after the next one: the fit remembers ten seconds.
+/// Factor on the weight of a row with each later row: the fit remembers ten seconds.
 const KEPT: f64 = 0.98;
-/// A row that is off by so many standard deviations: the load was picked up or dropped.
+/// Standard deviations from which a row shows that the load was picked up or dropped.
 const JUMP_SIGMAS: f64 = 5.0;
-/// The last rows are off by so many from the fit of all: the load has changed slowly.
+/// Standard deviations of the last rows from the fit of all from which the load has changed slowly.
 const DRIFT_SIGMAS: f64 = 3.0;
 
 /// Weighs the payloads of one machine whose mass is unknown, in the rows of a causal estimator. A load that is picked up or dropped is

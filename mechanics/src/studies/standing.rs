@@ -59,7 +59,7 @@ impl RestingMachine {
         )
     }
 
-    /// The same on ground that rises by these angles forward and to the left (rad).
+    /// The machine at rest on ground that rises by these angles forward and to the left (rad).
     #[must_use]
     pub fn on_slope(machine: &Machine, joint_positions: &[f64], slope: [f64; 2]) -> Self {
         let (resting, state) = resting_on_slope(machine, joint_positions, slope);

@@ -126,7 +126,7 @@ pub struct ReferenceLoadError {
     pub found: String,
 }
 
-/// Whether a parameter is one of the IMU or of the tool's sensor.
+/// Whether an unknown is a parameter of the IMU or of the tool's sensor.
 fn is_of_sensors(unknown: Unknown) -> bool {
     matches!(
         unknown,
@@ -181,8 +181,8 @@ impl Machine {
         format!("{}: {}", posture.source(), positions.join(", "))
     }
 
-    /// The same machine with an error-free inertial measurement unit at the base frame: the specific force of
-    /// a machine at rest on level ground is given.
+    /// Returns the machine with an error-free inertial measurement unit at the base frame: the specific force of a machine at
+    /// rest on level ground is given.
     #[must_use]
     pub fn with_imu_at_base(&self) -> Self {
         let uncertainty = UncertaintySpec {
@@ -202,8 +202,8 @@ impl Machine {
         }
     }
 
-    /// The same machine, of which a sensor at the base frame measured what its own sensor did, with the same errors: for
-    /// states whose motion was moved to the base and whose signals were corrected.
+    /// Returns the machine with a sensor at the base frame that has the errors of its own sensor: for states whose motion was
+    /// moved to the base and whose signals were corrected.
     #[must_use]
     pub fn measured_at_base(&self) -> Self {
         let imu = Mount {

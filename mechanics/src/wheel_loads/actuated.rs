@@ -54,8 +54,8 @@ pub(crate) struct Actuation<T> {
 }
 
 impl<T: Real> Gearing<T> {
-    /// With unit velocity and zero acceleration of the measured joint, the joints' velocities are first and
-    /// their accelerations second derivatives with respect to its position.
+    /// Returns the gearing of a linkage. With unit velocity and zero acceleration of the measured joint, the joints' velocities
+    /// are first and their accelerations second derivatives with respect to its position.
     fn of(linkage: &Linkage, measured: &Motion<T>) -> Self {
         let solved = linkage.solve(&Motion {
             position: measured.position,

@@ -56,13 +56,13 @@ pub(crate) struct LoadAdjoint<T> {
 /// The adjoints of all wheels' loads, as many wheels side by side as [`Wheels::COUNT`].
 #[derive(Debug)]
 pub(crate) struct LoadAdjoints<T: Real> {
-    /// Of the OTF.
+    /// Adjoints of the OTF.
     pub(crate) otf: Vec<LoadAdjoint<T::Wheels>>,
-    /// Of the loads, where they differ from the OTF.
+    /// Adjoints of the loads, where they differ from the OTF.
     load: Vec<LoadAdjoint<T::Wheels>>,
-    /// Of the OTF by the split rule alone, where torques are measured.
+    /// Adjoints of the OTF by the split rule alone, where torques are measured.
     rule: Vec<LoadAdjoint<T::Wheels>>,
-    /// Of the loads of the first solution, which deflect the tyres.
+    /// Adjoints of the loads of the first solution, which deflect the tyres.
     undeflected: Vec<LoadAdjoint<T::Wheels>>,
     lifted: bool,
     by_rule: bool,
@@ -82,12 +82,12 @@ impl<T: Real> LoadAdjoints<T> {
         }
     }
 
-    /// Those of the loads; `None` where the loads equal the OTF.
+    /// Returns the adjoints of the loads; `None` where the loads equal the OTF.
     pub(crate) fn load(&self) -> Option<&[LoadAdjoint<T::Wheels>]> {
         self.lifted.then_some(&self.load)
     }
 
-    /// Those of the OTF by the split rule without measured torques: the basis of the load contributions.
+    /// Returns the adjoints of the OTF by the split rule without measured torques: the basis of the load contributions.
     pub(crate) fn by_rule(&self) -> &[LoadAdjoint<T::Wheels>] {
         if self.by_rule { &self.rule } else { &self.otf }
     }
@@ -178,15 +178,15 @@ fn deflect_sized<T: Real>(
 
 /// The loads that deflect the tyres, side by side.
 struct Deflecting<'a, T: Real> {
-    /// Derivatives of some loads with respect to them.
+    /// Derivatives of some loads with respect to the deflecting loads.
     by_load: &'a [T::Wheels],
-    /// Their own derivatives.
+    /// Derivatives of the deflecting loads themselves.
     undeflected: &'a [LoadAdjoint<T::Wheels>],
 }
 
 impl<T: Real> Deflecting<'_, T> {
-    /// Adds what acts through the deflection of the tyres to the derivatives (not the shares) of some loads; `pressing` are
-    /// the loads that deflect them.
+    /// Adds the effect through the deflection of the tyres to the derivatives (not the shares) of some loads; `pressing` are the
+    /// loads that deflect them.
     #[inline(always)]
     fn add_derivatives(&self, pressing: &[T], out: &mut LoadAdjoint<T::Wheels>) {
         self.add_vector(&mut out.wrench.force, |load| &load.wrench.force);
@@ -238,7 +238,7 @@ impl<T: Real> Deflecting<'_, T> {
         self.add_from(0..self.by_load.len(), to, of);
     }
 
-    /// Adds what these wheels' deflections change.
+    /// Adds the effect of these wheels' deflections.
     #[inline(always)]
     fn add_from(
         &self,

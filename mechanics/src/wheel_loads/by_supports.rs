@@ -68,7 +68,7 @@ impl<T: Real> Equations<T> {
 }
 
 impl<T: Real> Equations<T> {
-    /// Whether the measured loads are followed in any sample.
+    /// Whether the computed loads follow the measured loads of all supports in any sample.
     pub(crate) fn follow_supports(&self) -> bool {
         self.by_supports.follows_any()
     }
@@ -81,7 +81,7 @@ impl<T: Real> Equations<T> {
 }
 
 impl<T: Real> Response<T> {
-    /// Where the measured loads are followed, each load responds to its own row alone.
+    /// Makes each load respond to its own row alone, where the computed loads follow the measured ones.
     pub(super) fn follow_supports(&mut self, equations: &Equations<T>) {
         if !equations.by_supports.follows_any() {
             return;

@@ -1,4 +1,4 @@
-//! How far the loads are from the optimal ones.
+//! Deviation of the loads from the optimal ones.
 
 use crate::number::Real;
 

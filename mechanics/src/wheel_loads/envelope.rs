@@ -14,10 +14,10 @@ use crate::number::{Mask, Real};
 /// Rounding tolerance in the equations and loads of a vertex, as a fraction of the weight.
 const ROUNDING_SHARE: f64 = 1e-7;
 
-/// How the envelope of a machine is computed.
+/// Method of computing the envelope of a machine's loads.
 #[derive(Debug)]
 pub(super) enum Envelope {
-    /// From the ends of a line segment.
+    /// From the two ends of a line segment of solutions.
     Line,
     /// Over the sets of wheels that can form a vertex.
     Corners(Vec<[bool; MAX_WHEELS]>),

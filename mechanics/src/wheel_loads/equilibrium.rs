@@ -20,7 +20,7 @@ pub struct GroundForce<T> {
 }
 
 impl<T: Real> GroundForce<T> {
-    /// From the wrench about the base origin, base axes.
+    /// Returns the ground force of a wrench about the base origin, in base axes.
     pub fn in_plane(wrench: &Wrench<T>, plane: &ContactPlane<T>) -> Self {
         let projected = wrench.about(&(plane.normal * plane.height));
         Self {
@@ -32,7 +32,7 @@ impl<T: Real> GroundForce<T> {
         }
     }
 
-    /// The one in the equations.
+    /// Returns the ground force in the equations.
     pub(crate) fn of(equations: &Equations<T>) -> Self {
         Self {
             normal: equations.value[0],
@@ -70,7 +70,7 @@ pub struct Equations<T> {
     pub(crate) wheels: usize,
     pub(crate) certain: usize,
     pub(crate) measured: usize,
-    /// By measured row, the wheel whose load it states; `None` for the torque of a linkage.
+    /// The wheel whose load each measured row states; `None` for the torque of a linkage.
     pub(super) load_of: Vec<Option<usize>>,
     /// 1 for an active row, 0 for an inactive one.
     pub(crate) holds: Vec<T>,
@@ -83,9 +83,9 @@ pub struct Equations<T> {
     /// Deflection of each tyre before the machine leans, in units of load by relative stiffness: u of
     /// N = K (u + A' l). Zero except on springs on flat ground.
     pub(crate) offset: [T; MAX_WHEELS],
-    /// Whether any of them can differ from zero.
+    /// Whether any of the offsets can differ from zero.
     pub(super) has_offsets: bool,
-    /// Where the measured loads of all supports replace the computed ground force, A(5).
+    /// Measured loads of all supports that replace the computed ground force, and where they do: A(5).
     pub(super) by_supports: MeasuredSupports<T>,
 }
 
@@ -208,7 +208,7 @@ impl<T: Real> Equations<T> {
     }
 }
 
-/// What the joint equations need of the distal subtrees.
+/// Inputs of the joint equations about the distal subtrees.
 pub(crate) struct DistalSubtrees<'a, T: Real> {
     pub(crate) motions: &'a [BodyMotion<T>],
     /// Wrench of the distal subtree of each joint with known torque, minus the tool wrench if the tool is in it.

@@ -1,4 +1,4 @@
-//! Whether the measured loads of all supports are followed, and how uncertain they are.
+//! Measured loads of all supports that the computed loads follow, and their variances.
 
 use crate::machine::MAX_WHEELS;
 use crate::number::{Mask, Real};
@@ -6,7 +6,7 @@ use crate::number::{Mask, Real};
 /// The measured loads of all supports on the ground.
 #[derive(Debug)]
 pub(super) struct MeasuredSupports<T> {
-    /// 1 where they are followed, else 0.
+    /// 1 where the computed loads follow them, else 0.
     pub(super) follows: T,
     /// Variance of each (N^2).
     pub(super) variance: [T; MAX_WHEELS],
@@ -20,17 +20,17 @@ impl<T: Real> MeasuredSupports<T> {
         }
     }
 
-    /// Where they are followed.
+    /// Returns the samples in which the computed loads follow the measured ones.
     pub(super) fn follows(&self) -> T::Mask {
         T::zero().lt(self.follows)
     }
 
-    /// Whether they are followed in any sample.
+    /// Whether the computed loads follow the measured ones in any sample.
     pub(super) fn follows_any(&self) -> bool {
         self.follows().any()
     }
 
-    /// These variances of loads, or those of the measured loads where they are followed.
+    /// Returns these variances of loads, or those of the measured loads where the computed loads follow them.
     pub(super) fn or_measured(&self, mut variances: [T; MAX_WHEELS]) -> [T; MAX_WHEELS] {
         for (variance, measured) in variances.iter_mut().zip(&self.variance) {
             *variance = T::select(self.follows(), *measured, *variance);

@@ -65,7 +65,7 @@ impl<T: Real> Response<T> {
         }
     }
 
-    /// Replaces it by the other response where `mask` is true.
+    /// Replaces the response by another one where `mask` is true.
     pub(super) fn replace_where(&mut self, mask: T::Mask, other: &Self) {
         let rows = self.loads.iter_mut().zip(&other.loads);
         for (mine, theirs) in rows
@@ -101,7 +101,8 @@ impl<T: Real> Response<T> {
         self.slack_of(equations, first, other).wheel(place)
     }
 
-    /// The same for the wheels from `first` on, side by side.
+    /// (I - L A) K of the wheels from `first` on, side by side: their load changes per deflection of the other's spring, in
+    /// equilibrium.
     #[inline(always)]
     pub(crate) fn slack_of(
         &self,

@@ -8,10 +8,10 @@
 //!     P = o + z ((m - o).t / z.t),    t = z - n n.z        of an axis z through o, m midway between the axle's wheels
 //!     p = sum of OTF_i p_i / sum of OTF_i                  over its wheels that press
 //! ```
-//! What turns the machine about the line through P leaves the wheels off the edge at the moment at which the zero moment point
-//! reaches the line through p: both are on one line of action. The weight of the axle itself counts as if it hung at P,
-//! and traction along the pivot's axis, which turns the axle across it, is left out of P: 1 mrad of an angle on ground that falls
-//! 1 degree along the axis.
+//! The machine begins to turn about the line through P, and the wheels off the edge lift, at the moment at which the zero moment
+//! point reaches the line through p: both are on one line of action. The weight of the axle itself counts as if it hung at P, and
+//! traction along the pivot's axis, which turns the axle across it, is left out of P: 1 mrad of an angle on ground that falls 1
+//! degree along the axis.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -26,11 +26,11 @@ use crate::number::Real;
 pub struct TippingLine<T> {
     /// Two points of it, in the base frame (m).
     pub through: [Vector3<T>; 2],
-    /// Where what they carry meets the ground, along the axes of the contact plane (m).
+    /// The points in which the forces at these points meet the ground, along the axes of the contact plane (m).
     pub on_ground: [Vector2<T>; 2],
 }
 
-/// What a tipping line is made of: a machine that stands.
+/// Inputs of a tipping line: a machine that stands.
 pub(crate) struct Standing<'a, T: Real> {
     pub(crate) machine: &'a Machine,
     pub(crate) motions: &'a [BodyMotion<T>],

@@ -19,7 +19,7 @@ const ROUNDING_SHARE: f64 = 1e-9;
 pub struct Solver<T: Real> {
     least_energy: LeastEnergy<T>,
     relative_stiffness: [T; MAX_WHEELS],
-    /// Whether all wheels have the mean stiffness.
+    /// Whether all wheels have the same stiffness.
     alike: bool,
     /// The wheels on the edge that the machine tips about; all wheels if it does not tip.
     allowed: [T::Mask; MAX_WHEELS],
@@ -201,8 +201,8 @@ impl<T: Real> Solver<T> {
         self.settle_envelope(machine, edge_moments, self.airborne, out);
     }
 
-    /// Where torques are measured and all wheels are loaded: two standard deviations around the loads. Where a wheel is
-    /// lifted, two standard deviations around what the supports measure themselves.
+    /// Narrows the envelope to two standard deviations around the loads, where torques are measured and all wheels are loaded.
+    /// Where a wheel is lifted: around the loads that the supports measure themselves.
     fn narrow_envelope(&self, equations: &Equations<T>, out: &mut Loads<'_, T>) {
         let n = equations.wheels;
         let all_carry =
@@ -281,8 +281,8 @@ impl<T: Real> Solver<T> {
         &self.rule_response
     }
 
-    /// Where the centre of pressure is outside the polygon, the edge with the largest overturning moment carries
-    /// everything, as if the centre of pressure were at the nearest point of that edge.
+    /// Puts everything on the edge with the largest overturning moment, as if the centre of pressure were at the nearest point of
+    /// that edge, where it is outside the polygon.
     fn stand_on_tipping_edge(
         &mut self,
         machine: &Machine,

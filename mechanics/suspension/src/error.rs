@@ -86,7 +86,7 @@ pub enum SuspensionError {
         position: f64,
         /// Front minus rear load by stroke (N/m).
         by_position: f64,
-        /// The same by acceleration (N s^2/m).
+        /// Front minus rear load by acceleration (N s^2/m).
         by_acceleration: f64,
     },
 }

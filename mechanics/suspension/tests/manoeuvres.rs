@@ -29,7 +29,7 @@ struct Sine {
 }
 
 impl Sine {
-    /// With at most this rate and acceleration.
+    /// Draws a sine with at most this rate and acceleration.
     fn draw(draws: &mut Draws, middle: f64, amplitude: f64, rate: f64, acceleration: f64) -> Self {
         let mut share = || 0.5 + 0.5 * draws.signed();
         let w = 0.2 + 1.2 * share();
@@ -62,7 +62,7 @@ fn pulse(t: f64, start: f64, length: f64) -> f64 {
 }
 
 impl Manoeuvre {
-    /// Without states yet.
+    /// Creates a manoeuvre without states.
     fn unknown(machine: &Machine, rows: usize) -> Self {
         Self {
             times_ns: (0..rows)

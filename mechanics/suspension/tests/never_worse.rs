@@ -17,25 +17,24 @@ use tipwatch_suspension::replay::SuspensionMotion;
 
 /// `limits.min_load` of the machine (N).
 const LIMIT: f64 = 500.0;
-/// Of the manoeuvres for which the guard's constants were chosen.
+/// Seed of the manoeuvres for which the guard's constants were chosen.
 const SEED: u32 = 5;
-/// Of others.
+/// Seed of other manoeuvres.
 const OTHER_SEED: u32 = 77;
-/// What their loads may be below, as a share of the mean load, with common and with individual rods.
+/// Tolerance of their loads below the bound, as a share of the mean load, with common and with individual rods.
 const OTHER_TOLERANCE: [f64; 2] = [0.005, 0.007];
-/// What the load may be below the smaller of the limit and that of locked rods, as a share of the mean load, with common
-/// and with individual rods: half of it is what the guard allows for the moment of a start, the rest that some manoeuvres
-/// are faster than its reserves.
+/// Tolerance of the load below the smaller of the limit and that of locked rods, as a share of the mean load, with common and
+/// with individual rods: half of it is what the guard allows for the moment of a start; the rest is for manoeuvres that are
+/// faster than its reserves.
 const TOLERANCE: [f64; 2] = [0.004, 0.005];
-/// The same through valves, oil and cylinders, against the smaller load of rigid rods and of rods that closed valves hold
-/// on the same oil.
+/// Tolerance of the load through valves, oil and cylinders, below the smaller load of rigid rods and of rods that closed valves
+/// hold on the same oil.
 const HELD_TOLERANCE: [f64; 2] = [0.002, 0.004];
 /// ... and against rigid rods alone, which do not swing on oil.
 const RIGID_TOLERANCE: f64 = 0.021;
-/// Rods on oil swing, and control and closed valves do not swing in step: so many rows, half a swing, to each side are
-/// compared.
+/// Number of rows compared to each side, half a swing: rods on oil swing, and control and closed valves do not swing in step.
 const SWING_ROWS: usize = 4;
-/// What the largest spread of a manoeuvre may be, relative to that of locked rods.
+/// Largest spread of a manoeuvre, relative to that of locked rods.
 const MOST_SPREAD: f64 = 1.02;
 
 /// Above this stability angle the loads come first (rad).
@@ -102,7 +101,7 @@ fn ideal_rods_over_other_manoeuvres() {
     }
 }
 
-/// How far control went beyond locked rods at worst.
+/// The worst results of control, relative to locked rods.
 struct Worst {
     /// The load below the smaller of the limit and that of locked rods (N); negative: above it.
     below: f64,

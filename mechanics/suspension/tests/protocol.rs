@@ -10,7 +10,7 @@ use tipwatch_suspension::Controller;
 use tipwatch_suspension::hydraulics::{Actuator, ActuatorInput, Pressures, Valve};
 use tipwatch_suspension::protocol::{LineControl, Opening};
 
-/// Load of each cylinder where it starts, and what moves with it.
+/// Load of each cylinder where it starts, and mass that moves with it.
 const MASS: f64 = 1e4;
 
 fn opening(machine: &Machine, state: &State<f64>) -> Opening {
@@ -197,7 +197,7 @@ fn a_faster_client_gets_the_same_motion() {
     );
 }
 
-/// What locking gives is measured anew after a hold: the rods stay where they are.
+/// The loads of locked rods are computed anew after a hold: the rods stay where they are.
 #[test]
 fn after_a_hold_locked_is_where_the_rods_are() {
     let machine = machine();

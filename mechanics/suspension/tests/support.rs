@@ -1,4 +1,4 @@
-//! What the tests share: the machine on two bogies that actuators turn.
+//! Common parts of the tests: the machine on two bogies that actuators turn.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use proptest::test_runner::{Config, FileFailurePersistence};
 use tipwatch_mechanics::machine::{LogFacts, MachineSpec};
 use tipwatch_mechanics::{Machine, MachineError};
 
-/// So many random cases; one that fails is kept beside the test, and is tried first from then on.
+/// Returns the settings for so many random cases; one that fails is kept beside the test, and is tried first from then on.
 pub(crate) fn cases(cases: u32) -> Config {
     let kept = FileFailurePersistence::WithSource("regressions");
     Config {

@@ -1,4 +1,4 @@
-//! What the control of a suspension must hold: one binary, a theme a module.
+//! Requirements on the control of a suspension: one binary, one module for each theme.
 
 #![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
 

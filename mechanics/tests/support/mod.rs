@@ -12,7 +12,7 @@ use proptest::test_runner::{Config, FileFailurePersistence};
 use tipwatch_mechanics::machine::{LogFacts, MachineSpec};
 use tipwatch_mechanics::{Machine, MachineError, Motion, State};
 
-/// So many random cases; one that fails is kept beside the test, and is tried first from then on.
+/// Returns the settings for so many random cases; one that fails is kept beside the test, and is tried first from then on.
 pub(crate) fn cases(cases: u32) -> Config {
     let kept = FileFailurePersistence::WithSource("regressions");
     Config {

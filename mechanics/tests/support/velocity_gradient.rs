@@ -10,9 +10,9 @@ use tipwatch_mechanics::closed_form::{Demand, PlanarMotion, Platform};
 /// vdot = (xi_k - xi_(k-1)) / dt, add `by_acceleration / dt`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct LoadGradient<T> {
-    /// With respect to xi = (v_x, v_y, Psidot), from zeta_9 and zeta_10 (N s/m, N s/m, N s/rad).
+    /// Derivatives with respect to xi = (v_x, v_y, Psidot), from zeta_9 and zeta_10 (N s/m, N s/m, N s/rad).
     pub(crate) by_velocity: [[T; 3]; 4],
-    /// With respect to (vdot_x, vdot_y, Psiddot), from zeta_7, zeta_8 and zeta_11 (N s^2/m, N s^2/m, N s^2/rad).
+    /// Derivatives with respect to (vdot_x, vdot_y, Psiddot), from zeta_7, zeta_8 and zeta_11 (N s^2/m, N s^2/m, N s^2/rad).
     pub(crate) by_acceleration: [[T; 3]; 4],
 }
 

@@ -43,7 +43,7 @@ pub(crate) struct BiasEstimator {
     history: Option<Vec<Division>>,
 }
 
-/// What does not change.
+/// Constants of the estimator: mounting of the IMU, stated uncertainties, wheels.
 #[derive(Debug, Clone)]
 struct Setting {
     /// Whether there is an IMU on the base, and a bias to estimate.
@@ -86,7 +86,8 @@ struct Levelled {
     turning: Vector3<f64>,
 }
 
-/// How a difference is to be divided.
+/// Inputs for dividing a difference between accelerometer bias and other errors: its stamp, the up direction and the stated
+/// uncertainties.
 #[derive(Debug, Clone, Copy)]
 struct Division {
     stamp_ns: i64,

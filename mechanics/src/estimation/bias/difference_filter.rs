@@ -17,11 +17,11 @@ const DRIFT: f64 = 2e-4;
 /// A velocity further from the predicted one than this many standard deviations counts less.
 const OUTLIER_SIGMAS: f64 = 4.0;
 
-/// Measured velocities between two states that a smoother keeps: it needs ten times the memory of what was measured,
-/// and repeats the filter's steps from there.
+/// Number of measured velocities between two states that a smoother keeps: a state needs ten times the memory of a measurement,
+/// and the smoother repeats the filter's steps from there.
 const KEPT_EVERY: usize = 256;
 
-/// The filter, and what it was given where a smoother needs it.
+/// The filter, with its inputs where a smoother needs them.
 #[derive(Debug, Clone)]
 pub(super) struct DifferenceFilter {
     state: Vector6<f64>,
@@ -57,7 +57,7 @@ struct Measured {
 /// The motion since the last measured velocity.
 #[derive(Debug, Clone)]
 struct Prediction {
-    /// Of the velocity; the difference stays.
+    /// Transition of the velocity; the difference stays.
     transition: Matrix3x6<f64>,
     velocity: Vector3<f64>,
     velocity_variance: f64,
@@ -103,7 +103,7 @@ impl DifferenceFilter {
         }
     }
 
-    /// After a gap the velocity is unknown; the difference stays.
+    /// Forgets the velocity, which is unknown after a gap; the difference stays.
     pub(super) fn forget_velocity(&mut self) {
         self.ahead.transition.fill(0.0);
         self.ahead.velocity = Vector3::zeros();
@@ -168,7 +168,8 @@ impl DifferenceFilter {
         stage.is_some()
     }
 
-    /// The same for a given motion since the last velocity; `None` where the velocity was not used.
+    /// Updates the state with a measured velocity after a given motion since the last one; `None` where the velocity was not
+    /// used.
     fn follow(
         &mut self,
         motion: &Prediction,

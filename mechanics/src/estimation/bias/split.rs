@@ -24,8 +24,8 @@ use crate::state::AccelerometerBias;
 /// difference has this size, so that the accelerometer is corrected as if the attitude, gravity or its own scale were to
 /// blame; what is unexplained widens its variance, in proportion to the probability B / (B + E) that it is to blame itself.
 const LARGEST_SIGMAS: f64 = 1.75;
-/// How far an attitude that is levelled by the same accelerometer deviates from it (m/s^2). Such an attitude has the
-/// accelerometer's bias itself, so a small difference does not show that the bias is small.
+/// Deviation (m/s^2) of the gravity direction by an attitude from that by the accelerometer which levels it. Such an attitude has
+/// the bias of the accelerometer itself, so a small difference does not show that the bias is small.
 const LEVELLED: f64 = 0.003;
 
 /// Stated standard deviations.

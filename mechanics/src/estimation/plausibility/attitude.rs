@@ -13,12 +13,12 @@ use crate::machine::FaultKind;
 pub(super) struct AttitudeWatch {
     was_given: bool,
     freeze: Freeze,
-    /// Of its up direction.
+    /// Outliers of the up direction.
     outliers: Outliers<3>,
     last_ns: Option<i64>,
     /// The last credible up direction and angular velocity (rad/s, NaN: not known), with its stamp.
     good: Option<(i64, Vector3<f64>, Vector3<f64>)>,
-    /// How far it has inclined by the gyro in about the last [`INCLINED_S`] (rad).
+    /// Angle by which the gyro has inclined the attitude in about the last [`INCLINED_S`] (rad).
     inclined: f64,
     jumped: Option<Jumped>,
 }
@@ -27,7 +27,7 @@ pub(super) struct AttitudeWatch {
 #[derive(Debug, Clone, Copy)]
 struct Jumped {
     since_ns: i64,
-    /// Sum of the jumps of the up direction, and how much of it may be noise and motion (rad).
+    /// Sum of the jumps of the up direction, and the part of it that may be noise and motion (rad).
     by: Vector3<f64>,
     moved: f64,
 }

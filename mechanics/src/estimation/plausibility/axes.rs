@@ -17,7 +17,7 @@ use crate::machine::FaultKind;
 
 /// Weight of a sample in the running mean of the changes of an axis.
 const CHANGE_WEIGHT: f64 = 1.0 / 16.0;
-/// An axis is shaken where its mean change is so many times the least one, its resolution.
+/// Smallest mean change of a shaken axis, as a multiple of the least change, its resolution.
 const RESOLVED: f64 = 2.0;
 /// Weight of a sample in the share of turning points, and the share from which a signal is noisy: two of three samples of white
 /// noise are turning points.
@@ -25,7 +25,7 @@ const TURNING_WEIGHT: f64 = 1.0 / 64.0;
 const NOISY_SHARE: f64 = 0.25;
 /// Fewest changes of an axis from which it is known how seldom its value repeats.
 const FEWEST_CHANGES: f64 = 50.0;
-/// A run of fewer samples than usual counts where it lasts so long (s), with at least so many samples.
+/// Shortest duration of a run of repeats that counts with fewer samples than usual (s), and the fewest samples of it.
 const LONG_S: f64 = 1.0;
 const FEWEST_REPEATS: u32 = 10;
 /// Saturated samples that are closer belong to one stretch (s).
@@ -49,7 +49,7 @@ struct Axis {
     /// The last change that was not zero, and the share of turning points.
     step: f64,
     turning: f64,
-    /// Among samples in which the others were shaken, before the present run.
+    /// Changes and repeats of the axis among samples in which the others were shaken, before the present run.
     changed: f64,
     kept: f64,
     /// The present run of repeats: those while the others were shaken, those while something moved elsewhere, its start.
@@ -94,7 +94,7 @@ impl Axis {
         self.change >= RESOLVED * self.resolution && self.turning >= NOISY_SHARE
     }
 
-    /// What a repeat says for "it sticks".
+    /// Log likelihood ratio that one repeated value adds for "the axis sticks".
     fn per_repeat(&self) -> f64 {
         per_repeat(self.changed, self.kept)
     }
@@ -252,7 +252,7 @@ mod tests {
         2.0 * wave.rem_euclid(1.0) - 1.0
     }
 
-    /// What is found in samples every ten milliseconds, and from when to when (s).
+    /// Returns the fault found in samples every ten milliseconds, with its start and end (s).
     fn found(samples: usize, value: impl Fn(usize, usize) -> f64) -> Option<(FaultKind, f64, f64)> {
         found_of([true; 3], samples, value)
     }

@@ -20,10 +20,10 @@ pub struct Plausibility {
     rules: Rules,
     has_imu: bool,
     findings: Vec<Finding>,
-    /// Signals that a person trusts, and what the motion had proven when a person trusted each of them: that was before.
+    /// Signals that a person trusts, and those that the motion had proven before the person trusted them.
     trusted: Proofs,
     proven_before_trust: Proofs,
-    /// Whether a lasting contradiction was found, and whether one is remembered from a session before.
+    /// Whether a lasting contradiction was found in the samples taken, and whether one is remembered from an earlier session.
     has_found_contradiction: bool,
     remembers_contradiction: bool,
 }
@@ -52,25 +52,19 @@ impl Plausibility {
         &self.findings
     }
 
-    /// The evidence of every alternative to sound sensors so far, as log likelihood ratios, and the threshold.
-    #[must_use]
-    pub fn evidence(&self) -> (Vec<(Part, Explanation, f64)>, f64) {
-        self.relations.evidence()
-    }
-
     /// Whether the mounting, a sign, the order or a scale was ever contradicted: a fault of that kind does not heal by itself.
     #[must_use]
     pub fn is_contradicted(&self) -> bool {
         self.has_found_contradiction || self.remembers_contradiction
     }
 
-    /// Whether it was contradicted by the samples that were taken.
+    /// Whether the samples taken have contradicted the mounting, a sign, the order or a scale.
     #[must_use]
     pub fn has_found_contradiction(&self) -> bool {
         self.has_found_contradiction
     }
 
-    /// It was contradicted before the first sample: in a session before.
+    /// Remembers a contradiction that was found in an earlier session.
     pub fn remember_contradiction(&mut self) {
         self.remembers_contradiction = true;
     }
@@ -96,7 +90,14 @@ impl Plausibility {
         };
         let jumps = self.signals.jumps().filter(move |jump| !is_frozen(jump));
         let more = frozen.chain(jumps).filter(move |doubt| !is_known(doubt));
-        let joints = self.relations.offsets().chain(more);
+        let has_failed = |doubt: &SignalDoubt| {
+            let (offsets, frozen) = (self.relations.offsets(), self.signals.frozen());
+            let mut failed = offsets.chain(frozen).chain(self.signals.jumps());
+            failed.any(|it| it.signal == doubt.signal)
+        };
+        let once = self.relations.had_stopped();
+        let once = once.filter(move |doubt| !has_failed(doubt));
+        let joints = self.relations.offsets().chain(more).chain(once);
         let joints = joints.filter(move |doubt| match doubt.is_frozen() {
             true => counts(FaultKind::Frozen),
             false => counts(FaultKind::Contradiction),
@@ -107,7 +108,12 @@ impl Plausibility {
     /// A signal failed visibly before the first sample: in a session before.
     pub fn remember_doubt(&mut self, doubt: &SignalDoubt) {
         match doubt.signal {
-            Proof::Joint(joint) if doubt.is_frozen() => self.signals.remember_frozen(joint),
+            Proof::Joint(joint) if doubt.has_stopped_once() => {
+                self.relations.remember_stopped(joint);
+            }
+            Proof::Joint(joint) if doubt.is_frozen() => {
+                self.signals.remember_frozen(joint, doubt.moved);
+            }
             Proof::Joint(joint) => self.relations.remember_offset(joint, doubt.by, doubt.moved),
             Proof::SpecificForce => self.weight.remember(doubt.by),
             // nothing else fails like that
@@ -115,18 +121,20 @@ impl Plausibility {
         }
     }
 
-    /// A joint was there in a session before: if it cannot have moved to where it begins, it is off.
+    /// Remembers the position of a joint from an earlier session: if the joint cannot have moved from there to its first
+    /// position, it is off.
     pub fn remember_position(&mut self, at: &KnownPosition) {
         self.signals.remember_position(at);
     }
 
-    /// Where the joints are, as far as that is known.
+    /// Returns the last known positions of the joints.
     pub fn known_positions(&self) -> impl Iterator<Item = KnownPosition> {
         self.signals.known_positions()
     }
 
-    /// A person trusts these signals as they are now; returns those that are trusted. A joint that has stopped and still repeats itself
-    /// is not among them and stays doubted: it is not mended. What nothing but a person says is not proven before the motion shows it.
+    /// Trusts the present values of these signals, as a person says; returns those that are trusted. A joint that is frozen and
+    /// still repeats itself is not among them and stays doubted: it is not mended. A signal that a person alone trusts is not
+    /// proven before the motion shows it.
     pub fn trust(&mut self, signals: Proofs) -> Proofs {
         let signals = signals.without(self.signals.repeating());
         // what a person says again takes nothing back, unless the signal has failed since
@@ -144,13 +152,14 @@ impl Plausibility {
         signals
     }
 
-    /// The signals that nothing but a person says are right: the motion has not proven them since.
+    /// Returns the signals that a person alone trusts: the motion has not proven them since.
     fn only_trusted(&self) -> Proofs {
         let proven_since = (self.relations.proven()).without(self.proven_before_trust);
         self.trusted.without(proven_since)
     }
 
-    /// What the samples so far have shown of the sensors. `is_idle` tells of signals of actuators that no load hangs on now.
+    /// Returns the proofs and doubts about the sensors by the samples so far. `is_idle` is true for signals of actuators on which
+    /// no load depends now.
     #[must_use]
     pub fn shown(&self, is_idle: &dyn Fn(usize) -> bool) -> SessionProofs {
         let unchanged = self.signals.unchanged(is_idle);
@@ -162,13 +171,13 @@ impl Plausibility {
         }
     }
 
-    /// Whether nothing shows that a signal of an actuator is measured: it has shown one value only, or repeats one for so long that it
-    /// may have stopped.
+    /// Whether nothing shows that the signal of an actuator is measured: the signal has had one value only, or repeats one for so
+    /// long that it may have stopped.
     pub(in crate::estimation) fn says_nothing(&self, actuator: usize) -> bool {
         self.signals.is_nothing(actuator)
     }
 
-    /// The probability that each joint of the arm has the other sign, by index, as the samples so far show it; none where
+    /// Returns the probability that each joint of the arm has the other sign, by index, as the samples so far show it; none where
     /// nothing compares them.
     #[must_use]
     pub fn reversed(&self) -> Vec<(usize, f64)> {
@@ -180,12 +189,12 @@ impl Plausibility {
         self.findings.iter().any(Finding::lacks_a_value)
     }
 
-    /// Forgets what was found in the last sample: the next one is not checked.
+    /// Forgets the findings of the last sample: the next one is not checked.
     pub(in crate::estimation) fn forget_findings(&mut self) {
         self.findings.clear();
     }
 
-    /// Checks a sample of a number of which the state is not estimated; whether it may be used.
+    /// Checks a sample of a number whose state is not estimated; returns whether it may be used.
     pub(in crate::estimation) fn step_number(&mut self, sample: &Sample<'_>) -> bool {
         self.findings.clear();
         self.signals.check_number(sample, &mut self.findings);
@@ -201,8 +210,8 @@ impl Plausibility {
         self.step_partly(sample, &[])
     }
 
-    /// The same of a sample of joints of which some only `repeat` their last value, by place: these are not checked. What compares
-    /// sensors takes the samples that have none.
+    /// Checks a sample of joints of which some only `repeat` their last value, by place: these are not checked. The comparison of
+    /// sensors takes samples without repeats only.
     pub(in crate::estimation) fn step_partly(
         &mut self,
         sample: &Sample<'_>,

@@ -1,32 +1,9 @@
-//! What would explain that a relation does not hold: the alternatives that are weighed against "all sensors are sound".
+//! Explanations of a violated relation: the alternatives that are weighed against "all sensors are sound".
 
 use nalgebra::Matrix3;
 use tipwatch_language::{say, word};
 
-use crate::machine::Machine;
-
-/// An axis of the base.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Axis {
-    /// Forward.
-    X,
-    /// To the left.
-    Y,
-    /// Up.
-    Z,
-}
-
-impl Axis {
-    const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::X => "x",
-            Self::Y => "y",
-            Self::Z => "z",
-        }
-    }
-}
+use crate::machine::{Axis, Machine};
 
 /// Units in which speeds are logged where it is not metres per second.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -56,7 +33,7 @@ impl SpeedUnit {
     }
 }
 
-/// What would explain it.
+/// An explanation of a contradiction between sensors. Axes are those of the base.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Explanation {
     /// The sign about or along an axis.
@@ -102,7 +79,8 @@ pub enum Explanation {
 }
 
 impl Explanation {
-    /// How a vector measured in base axes shows, under the alternatives of a sensor of vectors.
+    /// Returns the matrix by which a true vector becomes the measured one (base axes) under an alternative about a sensor of
+    /// vectors; `None` for other alternatives.
     pub(super) fn matrix(self) -> Option<Matrix3<f64>> {
         let flipped = |axis: Axis| {
             let mut flipped = Matrix3::identity();
@@ -170,7 +148,7 @@ impl Explanation {
         })
     }
 
-    /// Whether it lies in how sensors are mounted, wired or configured: that does not heal by itself.
+    /// Whether the fault is in the mounting, the wiring or the configuration of sensors: such a fault does not heal by itself.
     #[must_use]
     pub fn lasts(self) -> bool {
         matches!(
@@ -191,7 +169,7 @@ impl Explanation {
         )
     }
 
-    /// In words, after "as if".
+    /// Returns the explanation in words, to follow "as if".
     #[must_use]
     pub fn text(self, machine: &Machine) -> String {
         let joint = |joint: usize| machine.joints()[joint].name.as_str();

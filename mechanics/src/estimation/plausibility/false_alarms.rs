@@ -4,12 +4,12 @@
 const SAMPLES_PER_HOUR: f64 = 1e6;
 const ENDS: usize = 12;
 
-/// The threshold of repeats: what they show is weighed with every sample.
+/// Returns the threshold of repeats, whose evidence is weighed with every sample.
 pub(super) fn threshold_of_repeats(false_alarms_per_hour: f64) -> f64 {
     threshold(false_alarms_per_hour, SAMPLES_PER_HOUR, ENDS)
 }
 
-/// The threshold of one of so many alternatives, weighed so many times an hour with independent evidence.
+/// Returns the threshold for each of so many alternatives, weighed so many times an hour with independent evidence.
 pub(super) fn threshold(
     false_alarms_per_hour: f64,
     weighed_per_hour: f64,

@@ -37,11 +37,11 @@ pub enum Part {
     ToolMoment,
     /// Actuator force of the actuated joint with this index, or a pressure in its cylinder.
     Actuator(usize),
-    /// The number of a load sensor or of what tells the mass of a payload.
+    /// The number of a load sensor, or of a signal of payloads.
     Number,
 }
 
-/// What the angular velocity about the vertical is compared with.
+/// Source of the angular velocity about the vertical that the measured one is compared with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum YawBy {
     /// The odometry.
@@ -52,7 +52,7 @@ pub enum YawBy {
     Steering,
 }
 
-/// Whether the values or their measured derivatives are faulty.
+/// The faulty numbers of a part: its values or their measured derivatives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Component {
     /// The values.
@@ -76,6 +76,8 @@ pub struct Finding {
     pub policy: Policy,
     /// Start of the fault (ns): the stamp of this sample or, if several samples are needed, of an earlier one.
     pub since_ns: i64,
+    /// Stamp since which the fault may be there (ns): `since_ns`, or earlier, where nothing before that told of the sensor.
+    pub possible_since_ns: i64,
     /// Stamp of this sample (ns).
     pub stamp_ns: i64,
     /// Magnitude of the fault, in the unit of its kind: the value out of range, the rate, the time for which the
@@ -87,14 +89,14 @@ pub struct Finding {
     pub limit: f64,
     /// Possible error of the value (in its unit) and of its derivative.
     pub amount: Amount,
-    /// What would explain it best; `None` for a fault of one signal.
+    /// The most likely explanation of the fault; `None` for a fault of one signal.
     pub explanation: Option<Explanation>,
 }
 
 impl Finding {
-    /// Whether rows that depend on it must not be used: because of the policy, or because a value is not finite. A
-    /// contradiction between sensors never forbids rows: it makes them doubtful. Neither does an outlier, which the
-    /// estimate bridges.
+    /// Whether rows that depend on the faulty part must not be used: because of the policy, or because a value is not finite. A
+    /// contradiction between sensors never forbids rows: it makes them doubtful. Neither does an outlier, which the estimate
+    /// bridges.
     /// `has_imu`: whether there is an IMU, with which loads do not require the odometry.
     #[must_use]
     pub fn forbids_rows(&self, has_imu: bool) -> bool {
@@ -104,8 +106,8 @@ impl Finding {
         is_needed && (is_unusable || self.lacks_a_value())
     }
 
-    /// Whether it casts doubt on rows: a contradiction between sensors of which the loads require one. An attitude that jumps without
-    /// the gyro leaves it open what in the IMU failed, and the loads rest on its specific force.
+    /// Whether the fault casts doubt on rows: a contradiction between sensors of which the loads require one. An attitude that
+    /// jumps without the gyro leaves open what in the IMU failed, and the loads rest on its specific force.
     #[must_use]
     pub fn casts_doubt(&self, has_imu: bool) -> bool {
         let is_needed = self.part.reason(self.sensor, has_imu).is_some()
@@ -135,9 +137,9 @@ fn subject_of_number(sensor: Sensor, machine: &Machine) -> String {
 /// Possible error of a signal: one standard deviation.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Amount {
-    /// Of the value (in its unit).
+    /// Error of the value (in its unit).
     pub value: f64,
-    /// Of its derivative (per second).
+    /// Error of the value's derivative (per second).
     pub rate: f64,
 }
 
@@ -270,8 +272,8 @@ impl Part {
         }
     }
 
-    /// Why a row that depends on it is invalid; `None` for parts that the loads do not require: attitude, odometry
-    /// besides an IMU, and actuator forces.
+    /// Returns the reason for which a row that depends on this part is invalid; `None` for parts that the loads do not require:
+    /// attitude, odometry besides an IMU, and actuator forces.
     pub(crate) fn reason(self, sensor: Sensor, has_imu: bool) -> Option<Reason> {
         match (sensor, self) {
             (Sensor::Joints(_), _) => Some(Reason::JointsFault),
@@ -286,7 +288,7 @@ impl Part {
         }
     }
 
-    /// Its index among the filters that its sensor feeds.
+    /// Returns the index of the part among the filters that its sensor feeds.
     pub(crate) fn slot(self) -> usize {
         match self {
             Self::Joint(_)

@@ -12,14 +12,16 @@ use super::turning::{noise_against_motion, per_repeat};
 
 /// Weight of a sample at rest in the mean of the changes.
 const CHANGE_WEIGHT: f64 = 1.0 / 64.0;
-/// The noise is resolved where the mean change is so many times the least one. A position between two steps of a coarse
-/// encoder flickers by one of them, and rests in another posture.
+/// Smallest mean change of a position that resolves its noise, as a multiple of the least change. A position between two steps of
+/// a coarse encoder flickers by one of them, and rests in another posture.
 const RESOLVED: f64 = 1.5;
-/// A run of fewer samples than usual counts where it lasts so long (s), with at least so many samples.
+/// Shortest duration of a run of repeats that counts with fewer samples than usual (s), and the fewest samples of it.
 const LONG_S: f64 = 1.0;
 const FEWEST_REPEATS: u32 = 10;
+/// Fewest runs of repeats that show how often a position is read.
+const FEWEST_RUNS: u32 = 8;
 
-/// What is known of the flicker of a position.
+/// Statistics of the flicker of a joint's position, and of the present run of repeats.
 #[derive(Debug, Clone)]
 pub(super) struct Flicker {
     threshold: f64,
@@ -39,10 +41,46 @@ pub(super) struct Flicker {
     run: u32,
     works: u32,
     run_since_ns: i64,
+    reads: Reads,
+}
+
+/// How often a position is read. Of one that is read less often than it is sent, most runs of repeats have the same length, or are
+/// longer by one: reads and messages do not keep step. Of one that rests they have any length.
+#[derive(Debug, Clone, Default)]
+struct Reads {
+    /// The fewest repeats of a run.
+    fewest: u32,
+    /// Number of runs since there were so few, and of those that are alike.
+    runs: u32,
+    alike: u32,
+}
+
+impl Reads {
+    fn take(&mut self, repeats: u32) {
+        if self.runs == 0 || repeats < self.fewest {
+            *self = Self {
+                fewest: repeats,
+                ..Self::default()
+            };
+        }
+        self.runs = self.runs.saturating_add(1);
+        let is_alike = repeats <= self.fewest.saturating_add(1);
+        self.alike = self.alike.saturating_add(u32::from(is_alike));
+    }
+
+    /// Returns the most repeats of a position that is not read anew; zero of one that is read for each message, and of one whose few
+    /// runs do not show it.
+    fn most(&self) -> u32 {
+        let is_shown = self.runs >= FEWEST_RUNS && self.alike > self.runs / 2;
+        match self.fewest > 0 && is_shown {
+            true => self.fewest.saturating_add(1),
+            false => 0,
+        }
+    }
 }
 
 impl Flicker {
-    /// That stops from this log likelihood ratio on.
+    /// Creates a flicker that counts as stopped from this log likelihood ratio on.
     pub(super) fn new(threshold: f64) -> Self {
         Self {
             threshold,
@@ -58,6 +96,7 @@ impl Flicker {
             run: 0,
             works: 0,
             run_since_ns: 0,
+            reads: Reads::default(),
         }
     }
 
@@ -66,14 +105,27 @@ impl Flicker {
         self.run == 0 && self.is_fine()
     }
 
-    /// Mean of all changes that went back: what noise changes.
+    /// Returns the mean of all changes that went back: the change by noise.
     pub(super) fn noise(&self) -> f64 {
         self.back_sum / self.back_count.max(1.0)
     }
 
-    /// How often the position repeated itself between two changes at rest.
+    /// Returns the mean number of repeats between two changes of the position at rest.
     pub(super) fn repeats(&self) -> f64 {
         self.kept / self.changed.max(1.0)
+    }
+
+    /// Returns the age of a position when its sample came (s): of an encoder that is read less often than it is sent, which repeats
+    /// itself however fast it moves.
+    pub(super) fn age_s(&self, stamp_ns: i64, period_s: f64, limits: &Limits) -> f64 {
+        let repeated_s = limits.elapsed_s(self.run_since_ns, stamp_ns);
+        let longest_s = f64::from(self.reads.most()) * period_s;
+        repeated_s.clamp(0.0, longest_s.min(limits.max_gap_s))
+    }
+
+    /// Whether a position that repeats itself once more need not have been read anew.
+    pub(super) fn may_repeat(&self) -> bool {
+        self.run < self.reads.most()
     }
 
     /// Whether the position is known to be finer than its noise.
@@ -104,7 +156,12 @@ impl Flicker {
                 self.resolution = self.resolution.min(change);
             }
             self.changes += f64::from(u8::from(rests));
-            let turns_back = step * std::mem::replace(&mut self.step, step) < 0.0;
+            let before = std::mem::replace(&mut self.step, step);
+            let turns_back = step * before < 0.0;
+            // the first run may have begun before the first sample
+            if change > 0.0 && before.is_finite() {
+                self.reads.take(self.run);
+            }
             if turns_back {
                 self.back_sum += change;
                 self.back_count += 1.0;
@@ -131,7 +188,7 @@ impl Flicker {
 mod tests {
     use super::*;
 
-    /// Since when a position that is read every ten milliseconds does not flicker any more (s).
+    /// Returns the time since which a position that is read every ten milliseconds does not flicker any more (s).
     fn stopped_s(resolution: f64, works: bool, position: impl Fn(usize) -> f64) -> Option<f64> {
         let mut flicker = Flicker::new(25.0);
         (0..2000).find_map(|k: usize| {
@@ -154,6 +211,41 @@ mod tests {
         assert_eq!(stopped_s(1e-4, true, stops), Some(6.0));
         assert_eq!(stopped_s(1e-4, false, stops), None);
         assert_eq!(stopped_s(1e-4, true, |k| 1e-3 * noise(k)), None);
+    }
+
+    #[test]
+    fn a_position_that_is_read_less_often_than_it_is_sent_has_an_age() {
+        let age_s = |repeats: fn(usize) -> usize| {
+            let mut flicker = Flicker::new(25.0);
+            let mut stamp_ns = 0;
+            for read in 0..200 {
+                for _ in 0..=repeats(read) {
+                    stamp_ns += 10_000_000;
+                    let position = 1e-3 * noise(read);
+                    flicker.stopped_ns(stamp_ns, position, true, true, &Limits::OF_TESTS);
+                }
+            }
+            flicker.age_s(stamp_ns, 0.01, &Limits::OF_TESTS)
+        };
+        assert_eq!(age_s(|_| 0), 0.0);
+        assert_eq!(age_s(|_| 2), 0.02);
+        // reads and messages do not keep step
+        assert!(age_s(|read| 2 + read % 2) > 0.0);
+        // one that rests between two steps repeats itself as long as it likes
+        assert_eq!(age_s(|read| 3 + 7 * (read % 5)), 0.0);
+    }
+
+    #[test]
+    fn few_ticks_of_a_joint_at_rest_show_nothing_of_how_often_it_is_read() {
+        let mut flicker = Flicker::new(25.0);
+        let position = |k: usize| 1e-3 * f64::from(u8::from(k >= 300) + u8::from(k >= 800));
+        for k in 0..1100 {
+            let stamp_ns = k as i64 * 10_000_000;
+            flicker.stopped_ns(stamp_ns, position(k), true, true, &Limits::OF_TESTS);
+        }
+        let next_ns = 1100 * 10_000_000;
+        assert_eq!(flicker.age_s(next_ns, 0.01, &Limits::OF_TESTS), 0.0);
+        assert!(!flicker.may_repeat());
     }
 
     #[test]

@@ -1,24 +1,26 @@
 //! Detection of frozen signals, which repeat bit for bit.
 
-use super::notice::{Limits, Notice};
+use super::notice::{Limits, Notice, Rules};
 use super::turning::{noise_against_motion, per_repeat};
-use crate::machine::FaultKind;
+use crate::machine::{FaultKind, Machine};
 
-/// Largest evidence of noise or of a motion, as a multiple of the threshold, so that what ends is forgotten.
+/// Largest evidence of noise or of a motion, as a multiple of the threshold, so that a state that ends is forgotten.
 const LARGEST: f64 = 2.0;
 /// Weight of a change in the mean change, and of a sample in the share of repeats.
 const STEP_WEIGHT: f64 = 1.0 / 32.0;
-/// The sensor resolves its noise where the mean change is so many times the least one. Of three values that go to and fro between
-/// neighbouring steps, the mean change is up to 1.4 least ones; of noise as wide as a step it is 2.4.
+/// Smallest mean change of a sensor that resolves its noise, as a multiple of the least change. Of three values that go to and
+/// fro between neighbouring steps, the mean change is up to 1.4 least ones; of noise as wide as a step it is 2.4.
 const RESOLVED: f64 = 1.75;
 /// Changes from which on that is known for good, and the share of repeats between changes by steps: a smooth signal changes as
 /// evenly, but at every sample.
 const FEWEST_CHANGES: u64 = 64;
 const LEAST_REPEATS: f64 = 0.03;
-/// A run of fewer samples than usual shows nothing more where it lasts so long (ns), with at least so many samples.
+/// Shortest duration of a run of repeats that shows nothing more with fewer samples than usual (ns), and the fewest samples of
+/// it.
 const LONG_NS: f64 = 1e9;
 const FEWEST_REPEATS: u32 = 10;
-/// Samples that tell how often a signal repeats itself: a longer rest, as of a crane that stood for an hour, says no more of it.
+/// Number of last samples by which the share of repeats of a signal is judged: a longer rest, as of a crane that stood for an
+/// hour, says no more of it.
 const REMEMBERED: f64 = 4096.0;
 /// A step is at least this share of the signal's spread. At rest, a number without noise flickers by its last bit.
 const LEAST_STEP: f64 = 1e-3;
@@ -48,9 +50,9 @@ pub(super) struct Freeze {
     repeated: f64,
     /// The evidence of noise against a motion by its changes, as a log likelihood ratio, from the change on that serves either most.
     noise: f64,
-    /// The same of changes while nothing moved elsewhere: its own noise, which no motion drowns or makes.
+    /// The evidence of noise by changes while nothing moved elsewhere: the signal's own noise, which no motion drowns or makes.
     noise_at_rest: f64,
-    /// Whether the present run shows that it is not measured.
+    /// Whether the present run of repeats shows that the signal is not measured.
     is_missed: bool,
     /// Running mean and sum of squared deviations, for the spread of the signal.
     mean: [f64; 4],
@@ -59,9 +61,9 @@ pub(super) struct Freeze {
     resolution: f64,
     change: f64,
     repeats: f64,
-    /// Whether motion elsewhere does not show that it is frozen.
+    /// Whether the signal may rest while others move, so that motion elsewhere does not show that it is frozen.
     may_rest: bool,
-    /// Whether it shows exactly zero where nothing is measured.
+    /// Whether the signal is exactly zero where there is nothing to measure.
     has_stop: bool,
     is_silent: bool,
     /// Whether the sensor went from step to step by the last changes, and by enough of them at some time.
@@ -96,39 +98,39 @@ impl Freeze {
         }
     }
 
-    /// Of a signal that may rest while others move.
+    /// Returns the check of a signal that may rest while others move.
     pub(super) fn may_rest(mut self) -> Self {
         self.may_rest = true;
         self
     }
 
-    /// Of a signal that may rest while others move, and shows exactly zero where there is nothing: a scale that finds its zero, a load
-    /// of a support that cannot pull.
+    /// Returns the check of a signal that may rest while others move, and is exactly zero where there is nothing to measure: a
+    /// scale that finds its zero, a load of a support that cannot pull.
     pub(super) fn may_rest_at_zero(self) -> Self {
         let mut freeze = self.may_rest();
         freeze.has_stop = true;
         freeze
     }
 
-    /// Whether it has repeated itself for so long that nothing shows any more that it is measured: its own noise is missing, or it
-    /// should have answered to motion elsewhere.
+    /// Whether the signal has repeated itself for so long that nothing shows any more that it is measured: its own noise is
+    /// missing, or it should have answered to motion elsewhere.
     pub(super) fn is_silent(&self) -> bool {
         self.is_silent
     }
 
-    /// Whether the present value says nothing of what it measures: it has never shown another one, or is silent. Zero
-    /// hides nothing, as the load of a foot or as a pressure, and one of coarse resolution rests within a step.
+    /// Whether the present value says nothing of the measured quantity: the signal has never had another value, or is silent.
+    /// Zero hides nothing, as the load of a foot or as a pressure, and a signal of coarse resolution rests within a step.
     pub(super) fn says_nothing(&self) -> bool {
         let is_zero = self.last[0] == 0.0;
         !is_zero && !self.is_coarse() && (self.is_silent || !self.has_changed())
     }
 
-    /// Whether it has shown a value.
+    /// Whether the signal has had a value.
     pub(super) fn was_given(&self) -> bool {
         self.samples > 0
     }
 
-    /// Whether it has shown two values.
+    /// Whether the signal has had two different values.
     pub(super) fn has_changed(&self) -> bool {
         self.samples > 1
     }
@@ -198,7 +200,7 @@ impl Freeze {
         (self.run >= limit && counts).then_some(self.run_since_ns)
     }
 
-    /// Whether it shows exactly zero, below which there is nothing to measure.
+    /// Whether the last value is exactly zero, the stop below which there is nothing to measure.
     fn is_at_stop(&self) -> bool {
         self.has_stop && self.last[0] == 0.0
     }
@@ -273,6 +275,22 @@ impl Freeze {
     }
 }
 
+/// Returns for each load of a support (ns, N), in stamp order, whether anything shows that it is measured, by the rule for the split of
+/// the load: it has had another value before, has not repeated this one for too long, or is zero.
+#[must_use]
+pub fn are_shown_to_be_measured(machine: &Machine, loads: &[(i64, f64)]) -> Vec<bool> {
+    let limits = Rules::of(machine).limits;
+    let mut freeze = Freeze::new().may_rest_at_zero();
+    let mut is_shown = |&(stamp_ns, load): &(i64, f64)| {
+        let is_known = load.is_finite();
+        if is_known {
+            freeze.since(stamp_ns, &[load], false, &limits);
+        }
+        is_known && !freeze.says_nothing()
+    };
+    loads.iter().map(&mut is_shown).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -304,7 +322,7 @@ mod tests {
         assert_eq!(frozen(noise, false), Some(499));
     }
 
-    /// What a sensor shows that knows whole steps only.
+    /// Returns the reading of a sensor that resolves whole numbers only.
     fn in_steps(value: f64) -> f64 {
         value.round()
     }

@@ -27,8 +27,8 @@ const HARMLESS_RATE: [f64; 2] = [0.3, 3.0];
 /// Acceleration that a step between two positions does not exceed without being an outlier, where no velocity is measured
 /// (rad/s^2 or m/s^2).
 const USUAL_ACCELERATION: f64 = 10.0;
-/// What noise explains of the difference between two positions, as a multiple of the mean change that goes back: some four standard
-/// deviations.
+/// Largest difference between two positions that noise explains, as a multiple of the mean change that goes back: some four
+/// standard deviations.
 const NOISE: f64 = 5.0;
 
 /// Limits of a joint.
@@ -54,16 +54,16 @@ pub(super) struct JointWatch {
     /// The last credible position, and whether another one agreed with it: the first one is as likely to be wrong.
     good: Option<Held>,
     is_confirmed: bool,
-    /// Where the joint is since it cannot have moved there.
+    /// Jump of the joint to a position that it cannot have moved to, while it stays there.
     jump: Option<Jump>,
-    /// Where it was when it was measured last: before a gap, before it froze, or in a session before. Until another sample has
-    /// confirmed where it is now.
+    /// Last position that was measured: before a gap, before the joint froze, or in an earlier session. Kept until a second
+    /// sample has confirmed the present position.
     last_known: Option<Held>,
-    /// Where it froze, while its position stays that.
+    /// The freeze, while the joint repeats the position at which it froze.
     frozen: Option<Frozen>,
-    /// Since when the position has been exactly zero without a break: as before the hardware is read.
+    /// Stamp since which the position has been exactly zero without a break: as before the hardware is read (ns).
     zero_since_ns: Option<i64>,
-    /// Whether a credible position, that a motion can have led to, was another than the one before.
+    /// Whether the joint has had two different credible positions, with a motion between them that is possible.
     has_changed: bool,
     good_rate: Option<(i64, f64)>,
     /// Position and velocity of the last sample that was compared.
@@ -85,25 +85,25 @@ pub(super) struct JointWatch {
 #[derive(Debug, Clone, Copy)]
 struct Jump {
     since_ns: i64,
-    /// How far it jumped, and what of it may be motion.
+    /// Size of the jump, and the part of it that may be motion (rad or m).
     by: f64,
     moved: f64,
     last: Held,
 }
 
-/// It is not measured any more, and shows the same position.
+/// A joint that is not measured any more, and shows the same position.
 #[derive(Debug, Clone, Copy)]
 struct Frozen {
-    /// Of one that froze in a session before: the first sample.
+    /// Start of the freeze (ns); of a joint that froze in an earlier session, the first sample.
     since_ns: i64,
     was_before: bool,
     /// NaN before the first sample.
     position: f64,
-    /// When it showed that last.
+    /// Stamp of the last sample with that position (ns).
     last_ns: i64,
-    /// How it moved when it froze (rad/s or m/s); zero if it rested.
+    /// Velocity of the joint when it froze (rad/s or m/s); zero if it rested.
     rate: f64,
-    /// What noise changed before, and the usual time between changes (s).
+    /// Mean change by noise before the joint froze (rad or m), and the usual time between changes (s).
     noise: f64,
     interval_s: f64,
 }
@@ -113,7 +113,7 @@ struct Frozen {
 struct Held {
     stamp_ns: i64,
     position: f64,
-    /// NaN if it was not measured.
+    /// Velocity; NaN if it was not measured.
     rate: f64,
 }
 
@@ -129,7 +129,7 @@ struct Held {
 struct Agreement {
     apart: f64,
     motion: f64,
-    /// The same without fading, since they last agreed, and whether there was a fault since then.
+    /// Both without fading, since position and velocity last agreed, and whether there was a fault since then.
     apart_in_all: f64,
     motion_in_all: f64,
     had_fault: bool,
@@ -178,42 +178,53 @@ impl JointWatch {
         self.flicker.flickers()
     }
 
-    /// Whether its position has ever changed. That of an encoder which stopped before the first sample, or that nobody reads, has not.
+    /// Whether the joint's position has ever changed. An encoder that stopped before the first sample, or that nobody reads,
+    /// shows no change.
     pub(super) fn has_changed(&self) -> bool {
         self.has_changed
     }
 
-    /// Whether its position is exactly zero, where an encoder is that nobody reads.
+    /// Whether the joint's position is exactly zero, as that of an encoder that nobody reads.
     pub(super) fn is_at_zero(&self) -> bool {
         self.good.is_none_or(|good| good.position == 0.0)
     }
 
-    /// Whether it has stopped to be measured, and shows the same position since.
+    /// Whether the joint is not measured any more, and shows the same position since.
     pub(super) fn is_frozen(&self) -> bool {
         let contradicts_rate = self.agreement.had_fault && self.run >= FEWEST_IDENTICAL;
         self.frozen.is_some() || (contradicts_rate && !self.limits.spins_wheel)
     }
 
-    /// Whether it was found to have stopped since the first sample, and still repeats itself.
+    /// Whether the joint was found frozen in this session, and still repeats its position.
     pub(super) fn still_repeats(&self) -> bool {
         let was_before = self.frozen.is_some_and(|frozen| frozen.was_before);
         self.is_frozen() && !was_before && self.run >= FEWEST_IDENTICAL
     }
 
-    /// It had stopped to be measured when the session before ended.
-    pub(super) fn remember_frozen(&mut self) {
+    /// Returns the velocity of the joint when it stopped to be measured (rad/s or m/s), zero if it rested; `None` if the joint is
+    /// measured.
+    pub(super) fn frozen_rate(&self) -> Option<f64> {
+        let by_rate = self.last.map_or(0.0, |(_, _, rate)| rate);
+        let rate = self.frozen.map_or(by_rate, |frozen| frozen.rate);
+        self.is_frozen()
+            .then_some(if rate.is_finite() { rate } else { 0.0 })
+    }
+
+    /// Remembers that the joint was frozen at the end of an earlier session, with its velocity when it froze (rad/s or m/s).
+    pub(super) fn remember_frozen(&mut self, rate: f64) {
         self.frozen = Some(Frozen {
             since_ns: i64::MAX,
             was_before: true,
             position: f64::NAN,
             last_ns: i64::MAX,
-            rate: 0.0,
-            noise: 0.0,
+            rate,
+            // no noise is wider than what is allowed
+            noise: POSITION_ALLOWANCE / NOISE,
             interval_s: 0.0,
         });
     }
 
-    /// Where it was at that time in a session before.
+    /// Remembers the position at a stamp of an earlier session.
     pub(super) fn remember_position(&mut self, stamp_ns: i64, position: f64) {
         self.last_known = Some(Held {
             stamp_ns,
@@ -229,8 +240,9 @@ impl JointWatch {
         Some((good.stamp_ns, good.position))
     }
 
-    /// By how much the joint has jumped, and what of it may be motion, where at least two samples say so and nobody knows yet
-    /// whether it stays; `None` without a jump. What a jump begins with, zeros before the hardware is read, does not count.
+    /// Returns the size of the present jump, and the part of it that may be motion (rad or m), where at least two samples show it
+    /// and nobody knows yet whether it stays; `None` without a jump. A jump from zeros, before the hardware is read, does not
+    /// count.
     pub(super) fn jump(&self) -> Option<[f64; 2]> {
         let jump = (self.jump).filter(|jump| jump.last.stamp_ns > jump.since_ns)?;
         self.zero_since_ns
@@ -238,7 +250,7 @@ impl JointWatch {
             .then_some([jump.by, jump.moved])
     }
 
-    /// A person trusts the joint where it is now.
+    /// Trusts the present position of the joint, as a person says.
     pub(super) fn trust(&mut self) {
         if let Some(jump) = self.jump.take() {
             self.good = Some(jump.last);
@@ -295,7 +307,8 @@ impl JointWatch {
         if self.limits.spins_wheel || here.rate.is_finite() {
             return true;
         }
-        let step_s = self.period_s.min(limits.max_gap_s);
+        let read_s = self.period_s + self.age_s(here.stamp_ns, limits);
+        let step_s = read_s.min(limits.max_gap_s);
         let usual = USUAL_ACCELERATION * step_s * step_s;
         self.outliers.allow(2.0 * POSITION_ALLOWANCE + usual);
         let notice = self
@@ -361,12 +374,17 @@ impl JointWatch {
         }
     }
 
-    /// Whether the first value after a stop shows that it has lost counts: see [`Self::lost`].
+    /// Reports an encoder that lost counts, if the first position after a freeze shows that: see [`Self::lost`].
     fn check_lost_counts(&mut self, here: Held, limits: &Limits, found: &mut Found<'_>) {
         let Some(mut frozen) = self.frozen else {
             return;
         };
-        if frozen.position == here.position {
+        if frozen.position.is_nan() {
+            // one that shows something else than before, or of which nobody knows where it was, is measured again
+            let is_elsewhere =
+                (self.last_known).is_none_or(|known| known.position != here.position);
+            frozen.rate = if is_elsewhere { 0.0 } else { frozen.rate };
+        } else if frozen.position == here.position {
             frozen.last_ns = here.stamp_ns;
         } else {
             if let Some([by, moved]) = self.lost(&frozen, here, limits) {
@@ -383,11 +401,12 @@ impl JointWatch {
         self.frozen = Some(frozen);
     }
 
-    /// By how much it is off, and what of that may be motion, if it moved when it froze and now goes on from there as its motion since
-    /// the last repeat explains: an encoder that lost counts. An absolute one comes back with a step.
+    /// Returns the error of the position of an encoder that lost counts, and the part of it that may be motion (rad or m): the
+    /// joint moved when it froze, and now goes on from there by no more than its motion since the last repeat explains. An
+    /// absolute encoder comes back with a step instead.
     ///
-    /// How it moved meanwhile is not known: the mean of the velocities before and after says about how far, where it has not turned
-    /// round. So all of that may be motion.
+    /// The motion meanwhile is not known: the mean of the velocities before and after gives about the distance, unless the joint
+    /// turned round. So all of the error may be motion.
     fn lost(&self, frozen: &Frozen, here: Held, limits: &Limits) -> Option<[f64; 2]> {
         if frozen.rate == 0.0 {
             return None;
@@ -416,10 +435,12 @@ impl JointWatch {
             true => mean,
             false => moved.copysign(before),
         };
-        (goes_on && before.abs() > moved).then_some([by, by.abs()])
+        // of one that froze before, nobody knows for how long
+        let has_gone_on = frozen.was_before || before.abs() > moved;
+        (goes_on && has_gone_on).then_some([by, by.abs()])
     }
 
-    /// It has not been measured since then: where it froze is no place that a motion leads on from, but as after a gap it cannot
+    /// Takes the joint as frozen since a stamp at a position: no motion leads on from there, but as after a gap the joint cannot
     /// have gone further than there was time for.
     fn freeze(&mut self, since_ns: i64, position: f64) {
         self.is_confirmed = false;
@@ -450,7 +471,7 @@ impl JointWatch {
         }
     }
 
-    /// No motion leads to what follows.
+    /// Forgets the motion: the next position is the first one.
     fn forget_motion(&mut self, stamp_ns: i64) {
         (self.good_rate, self.last) = (None, None);
         self.pace.restart();
@@ -501,7 +522,7 @@ impl JointWatch {
             }
             return true;
         }
-        let elapsed_s = limits.elapsed_s(good.stamp_ns, stamp_ns).max(self.period_s);
+        let elapsed_s = self.longest_s(good, here, limits);
         let step = self.step(good.position, position).abs();
         let limit = self.limits.max_velocity;
         let mut notice = |since_ns: i64| {
@@ -544,7 +565,8 @@ impl JointWatch {
         false
     }
 
-    /// Compares where it is now with where it was when it was measured last. Since `since_ns` it is off, if it cannot have come here.
+    /// Compares the present position with the last one that was measured, and reports an offset since `since_ns` if the joint
+    /// cannot have come here.
     fn compare_with_last_known(
         &mut self,
         here: Held,
@@ -562,15 +584,30 @@ impl JointWatch {
         }
     }
 
-    /// How far it can have moved (rad or m).
-    fn farthest(&self, from: Held, to: Held, limits: &Limits) -> f64 {
-        let elapsed_s = limits
-            .elapsed_s(from.stamp_ns, to.stamp_ns)
-            .max(self.period_s);
-        self.limits.max_velocity * elapsed_s + 2.0 * POSITION_ALLOWANCE
+    /// Returns the age of a value when its sample came, as [`Flicker::age_s`] (s).
+    fn age_s(&self, stamp_ns: i64, limits: &Limits) -> f64 {
+        self.flicker.age_s(stamp_ns, self.period_s, limits)
     }
 
-    /// How far it moved by its velocities; without them, what they allow beside none.
+    /// Returns the time between two samples (s).
+    fn shortest_s(&self, from: Held, to: Held, limits: &Limits) -> f64 {
+        limits
+            .elapsed_s(from.stamp_ns, to.stamp_ns)
+            .max(self.period_s)
+    }
+
+    /// Returns the time between two samples, and that before the first of them since its value was read (s).
+    fn longest_s(&self, from: Held, to: Held, limits: &Limits) -> f64 {
+        self.shortest_s(from, to, limits) + self.age_s(from.stamp_ns, limits)
+    }
+
+    /// Returns the farthest that the joint can have moved between two samples, at its largest velocity (rad or m).
+    fn farthest(&self, from: Held, to: Held, limits: &Limits) -> f64 {
+        self.limits.max_velocity * self.longest_s(from, to, limits) + 2.0 * POSITION_ALLOWANCE
+    }
+
+    /// Returns the farthest that the joint moved between two samples by its measured velocities and their tolerance (rad or m);
+    /// without velocities, by the tolerance alone.
     fn moved_between(&self, from: Held, to: Held, elapsed_s: f64) -> f64 {
         let fastest =
             [from.rate, to.rate].map(|rate| if rate.is_finite() { rate.abs() } else { 0.0 });
@@ -583,12 +620,15 @@ impl JointWatch {
     /// ```text
     ///     |dq - (r + r_before)/2 dt| <= a_max dt^2 / 4 + (tolerance + share |r|) dt
     /// ```
-    /// An error of the velocities shows over many samples, a position that jumps in one.
+    /// An error of the velocities shows over many samples, a position that jumps in one. Of a value that is read less often than it
+    /// is sent, `dt` is between the time from sample to sample, none if it repeats itself, and that from when it was read.
     fn can_reach(&self, from: Held, to: Held, limits: &Limits) -> bool {
-        let elapsed_s = limits
-            .elapsed_s(from.stamp_ns, to.stamp_ns)
-            .max(self.period_s);
         let step = self.step(from.position, to.position);
+        let shortest_s = match step == 0.0 && self.flicker.may_repeat() {
+            true => 0.0,
+            false => self.shortest_s(from, to, limits),
+        };
+        let longest_s = self.longest_s(from, to, limits);
         let allowance = 2.0 * POSITION_ALLOWANCE;
         if step.abs() > self.farthest(from, to, limits) {
             return false;
@@ -596,11 +636,11 @@ impl JointWatch {
         let mean = 0.5 * (from.rate + to.rate);
         let largest = from.rate.abs().max(to.rate.abs());
         let tolerance = self.limits.rate_tolerance + limits.rate_tolerance_share * largest;
-        let between = 0.25 * self.limits.max_acceleration * elapsed_s * elapsed_s;
-        let is_apart =
-            (step - mean * elapsed_s).abs() > between + tolerance * elapsed_s + allowance;
+        let [newer, older] = [shortest_s, longest_s].map(|elapsed_s| step - mean * elapsed_s);
+        let between = 0.25 * self.limits.max_acceleration * longest_s * longest_s;
+        let is_beyond = newer.abs().min(older.abs()) > between + tolerance * longest_s + allowance;
         // without velocities nothing is apart
-        !is_apart
+        !(is_beyond && newer * older > 0.0)
     }
 
     fn check_rate(
@@ -625,7 +665,8 @@ impl JointWatch {
         if !self.limits.spins_wheel
             && let Some((good_ns, good)) = self.good_rate
         {
-            let elapsed_s = limits.elapsed_s(good_ns, stamp_ns).max(self.period_s);
+            let elapsed_s = limits.elapsed_s(good_ns, stamp_ns).max(self.period_s)
+                + self.age_s(good_ns, limits);
             let change = (rate - good).abs();
             if change > self.limits.max_acceleration * elapsed_s + RATE_ALLOWANCE {
                 return notice(rate.abs(), self.limits.max_acceleration * elapsed_s);
@@ -638,7 +679,7 @@ impl JointWatch {
         is_credible
     }
 
-    /// Returns whether it reported something. `rate` is NaN if the message has none.
+    /// Checks that positions agree with velocities; returns whether a fault was reported. `rate` is NaN if the message has none.
     fn check_agreement(
         &mut self,
         stamp_ns: i64,
@@ -746,7 +787,7 @@ mod tests {
         wraps: false,
     };
 
-    /// By how much a joint is off, that moves from 0.5 to 1.5 s: what its positions and velocities show, by the sample.
+    /// Returns the errors reported of a joint that moves from 0.5 to 1.5 s, by its positions and velocities at each sample.
     fn left_off(shown: impl Fn(usize) -> [f64; 2]) -> Vec<f64> {
         let mut watch = JointWatch::new(LIMITS, 25.0);
         let mut offsets = Vec::new();
@@ -792,7 +833,7 @@ mod tests {
         assert_eq!(late, [] as [f64; 0]);
     }
 
-    /// From when to when (s) positions every 10 ms are in doubt, each with what its sample says of earlier ones.
+    /// Returns start and end (s) of the faults of positions every 10 ms; the start is the earliest that any sample reports.
     fn doubted(position: impl Fn(usize) -> f64) -> Option<(f64, f64)> {
         doubted_with(LIMITS, f64::NAN, position)
     }
@@ -842,7 +883,7 @@ mod tests {
         assert!(last_s - first_s > longest_gap_s && last_s - first_s < 1.1 * longest_gap_s);
     }
 
-    /// By how much the joint is off for good.
+    /// Returns the reported errors of the joint that last.
     fn offsets(position: impl Fn(usize) -> Option<f64>) -> Vec<f64> {
         let mut watch = JointWatch::new(LIMITS, 25.0);
         let mut offsets = Vec::new();
@@ -941,7 +982,8 @@ mod tests {
         assert_eq!(offsets(zeros(Some(0.2), 0.0)), [] as [f64; 0]);
     }
 
-    /// Where an encoder with noise, that stands still between 2 and 4 s, is off then, and in how many samples it is faulty.
+    /// Returns the reported errors of an encoder with noise that stands still between 2 and 4 s, and the index of the last faulty
+    /// sample.
     fn freezes(after: f64) -> (Vec<f64>, usize) {
         let mut watch = JointWatch::new(LIMITS, 25.0);
         let (mut offsets, mut faulty) = (Vec::new(), 0);
@@ -980,8 +1022,8 @@ mod tests {
         assert!(offsets.len() == 1 && (offsets[0] - 3.0).abs() < 0.01);
     }
 
-    /// By how much an encoder is off that flickers, moves at `pace` from 4 s on, rests from then on or from 7 s on, and repeats itself
-    /// between two times, unless nothing is sent in a part of that; `after`: what it shows after it beside where it is.
+    /// An encoder that flickers, moves at `pace` from 4 s on, rests from sample `rests_from` on, and repeats itself in the
+    /// samples `repeats`, of which none is sent in `hole`; `after`: the error of its positions afterwards.
     struct Repeats {
         pace: f64,
         rests_from: usize,
@@ -1109,7 +1151,7 @@ mod tests {
         }
     }
 
-    /// Its velocity on the way back is no motion: it is derived from that step.
+    /// The velocity on the way back is no motion: it is derived from that step.
     #[test]
     fn an_absolute_encoder_that_comes_back_with_a_step_has_lost_nothing() {
         let fast = |max_velocity: f64| JointLimits {
@@ -1151,7 +1193,7 @@ mod tests {
     fn what_froze_in_a_session_before_is_faulty_until_it_changes() {
         let faulty = |position: fn(usize) -> f64| {
             let mut watch = JointWatch::new(LIMITS, 25.0);
-            watch.remember_frozen();
+            watch.remember_frozen(0.0);
             assert!(watch.is_frozen());
             let mut kinds = Vec::new();
             for sample in 0..50_usize {
@@ -1173,6 +1215,46 @@ mod tests {
         assert_eq!(
             faulty(|sample| if sample < 30 { 0.5 } else { 0.51 }),
             (29, false)
+        );
+    }
+
+    /// The duration of a freeze that began in an earlier session is unknown, so the joint may be off by anything.
+    #[test]
+    fn what_froze_in_motion_in_a_session_before_has_lost_counts_if_it_goes_on_from_there() {
+        let offsets = |rate: f64, before: f64, step: f64| {
+            let mut watch = JointWatch::new(LIMITS, 25.0);
+            watch.remember_position(0, before);
+            watch.remember_frozen(rate);
+            let mut found = Vec::new();
+            for sample in 0..80_usize {
+                let gone = match sample {
+                    0..30 => 0.0,
+                    _ => step + 0.003 * (sample - 29) as f64,
+                };
+                let stamp_ns = (100 + sample as i64) * 10_000_000;
+                let values = [0.5 + gone, f64::NAN];
+                watch.check(stamp_ns, values, true, &Limits::OF_TESTS, &mut |notice| {
+                    if notice.kind == FaultKind::Contradiction {
+                        found.push([notice.measure.abs(), notice.amount.value]);
+                    }
+                });
+            }
+            assert_eq!(watch.frozen_rate(), None);
+            found
+        };
+        let found = offsets(0.3, 0.5, 0.0);
+        let [by, moved] = found[0];
+        assert!(found.len() == 1 && by > 0.0 && by <= moved, "{found:?}");
+        assert_eq!(offsets(0.0, 0.5, 0.0), [] as [[f64; 2]; 0], "it rested");
+        assert_eq!(
+            offsets(0.3, 0.5, 0.025),
+            [] as [[f64; 2]; 0],
+            "an absolute one"
+        );
+        assert_eq!(
+            offsets(0.3, 0.4, 0.0),
+            [] as [[f64; 2]; 0],
+            "measured again"
         );
     }
 
@@ -1281,6 +1363,43 @@ mod tests {
         ] {
             let watch = watched(stands);
             assert!(!watch.has_changed() && !watch.is_at_zero());
+        }
+    }
+
+    /// A joint that rests, and then moves faster and faster, is read at every third message; `read_rate`: its velocity, too.
+    #[test]
+    fn an_encoder_that_is_read_less_often_than_it_is_sent_does_not_jump() {
+        const PERIOD_S: f64 = 0.02;
+        let limits = JointLimits {
+            max_velocity: 4.0,
+            max_acceleration: 5.0,
+            ..LIMITS
+        };
+        let found = |read_rate: bool, jumps: f64| {
+            let mut watch = JointWatch::new(limits, 25.0);
+            let mut found = Vec::new();
+            for sample in 1..300_usize {
+                let read = sample / 3 * 3;
+                let rate_at = |sample: usize| 0.03 * (sample.max(200) - 200) as f64;
+                let moved = 0.5 * PERIOD_S * rate_at(read) * (read.max(200) - 200) as f64;
+                let noise = 1e-4 * ((read as f64 * 12.9898).sin() * 43_758.545_3).fract();
+                let offset = if read > 150 { jumps } else { 0.0 };
+                let rate = rate_at(if read_rate { read } else { sample });
+                let stamp_ns = (sample as f64 * PERIOD_S * 1e9) as i64;
+                watch.check(
+                    stamp_ns,
+                    [moved + noise + offset, rate],
+                    true,
+                    &Limits::OF_TESTS,
+                    &mut |notice| found.push(notice.kind),
+                );
+            }
+            found
+        };
+        for read_rate in [true, false] {
+            let sound = found(read_rate, 0.0);
+            assert!(sound.is_empty(), "{read_rate}: {sound:?}");
+            assert!(found(read_rate, 0.35).contains(&FaultKind::Contradiction));
         }
     }
 

@@ -53,8 +53,9 @@ mod weight;
 
 pub use checks::Plausibility;
 pub(super) use checks::room_for_findings;
-pub use explanation::{Axis, Explanation, SpeedUnit};
+pub use explanation::{Explanation, SpeedUnit};
 pub use fault::{Amount, Component, Finding, Part, YawBy};
+pub use freeze::are_shown_to_be_measured;
 pub(super) use relations::Relations;
 pub use relations::{Excitation, LeanOnTyres, Unshown, student};
 pub use signal_doubt::{KnownPosition, SignalDoubt};

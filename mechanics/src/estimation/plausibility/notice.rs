@@ -1,4 +1,4 @@
-//! What the checks share: their limits, and how they report a fault.
+//! Common parts of the checks: their limits, and the notice of a fault.
 
 use super::explanation::Explanation;
 use super::false_alarms;
@@ -6,7 +6,7 @@ use super::fault::{Amount, Component, Finding, Part};
 use crate::machine::{FaultKind, Machine, Policy};
 use crate::state::{Sample, Sensor};
 
-/// What a machine says of its checks.
+/// Limits and policies of the checks by the machine file.
 #[derive(Debug, Clone)]
 pub(super) struct Rules {
     pub(super) limits: Limits,
@@ -63,6 +63,7 @@ pub(super) struct Notice {
     pub(super) kind: FaultKind,
     pub(super) component: Component,
     pub(super) since_ns: i64,
+    pub(super) possible_since_ns: i64,
     pub(super) measure: f64,
     pub(super) limit: f64,
     pub(super) amount: Amount,
@@ -76,6 +77,7 @@ impl Notice {
             kind,
             component: Component::Value,
             since_ns,
+            possible_since_ns: since_ns,
             measure: f64::NAN,
             limit: f64::NAN,
             amount: Amount::default(),
@@ -83,31 +85,37 @@ impl Notice {
         }
     }
 
-    /// The same fault of another component.
+    /// Returns the notice about another component.
     pub(super) fn about(mut self, component: Component) -> Self {
         self.component = component;
         self
     }
 
-    /// With its magnitude and the limit of it, NaN if there is none, in the unit of its kind.
+    /// Returns the notice with the magnitude of the fault and the limit of it, NaN if there is none, in the unit of its kind.
     pub(super) fn measured(mut self, measure: f64, limit: f64) -> Self {
         (self.measure, self.limit) = (measure, limit);
         self
     }
 
-    /// With the possible error of the value (in its unit) and of its derivative (per second).
+    /// Returns the notice with the possible error of the value (in its unit) and of its derivative (per second).
     pub(super) fn amount(mut self, value: f64, rate: f64) -> Self {
         self.amount = Amount { value, rate };
         self
     }
 
-    /// With what would explain it best.
+    /// Returns the notice with the best explanation of the fault.
     pub(super) fn explained(mut self, explanation: Explanation) -> Self {
         self.explanation = Some(explanation);
         self
     }
 
-    /// That sensors contradict each other, by the logarithm of a likelihood ratio.
+    /// Returns the notice of a fault that may have begun at an earlier stamp (ns).
+    pub(super) fn possible_since(mut self, stamp_ns: i64) -> Self {
+        self.possible_since_ns = stamp_ns;
+        self
+    }
+
+    /// Creates the notice that sensors contradict each other, by the logarithm of a likelihood ratio.
     pub(super) fn contradiction(
         since_ns: i64,
         evidence: f64,
@@ -119,7 +127,8 @@ impl Notice {
             .explained(explanation)
     }
 
-    /// That a position jumped `by` so much and stayed, of which `moved` may be motion: one side of the jump is wrong.
+    /// Creates the notice that a position jumped `by` so much and stayed, of which `moved` may be motion: one side of the jump is
+    /// wrong.
     pub(super) fn offset(since_ns: i64, by: f64, moved: f64) -> Self {
         Notice::of(FaultKind::Contradiction, since_ns)
             .measured(by, f64::NAN)
@@ -169,6 +178,7 @@ impl<'n> Note<'n> {
                 component: notice.component,
                 policy: self.policies[notice.kind as usize],
                 since_ns: notice.since_ns,
+                possible_since_ns: notice.possible_since_ns,
                 stamp_ns: self.stamp_ns,
                 measure: notice.measure,
                 limit: notice.limit,

@@ -12,12 +12,12 @@ use crate::machine::FaultKind;
 const WEIGHT: f64 = 1.0 / 32.0;
 /// Multiple of the mean difference from which a sample is an outlier.
 const TIMES: f64 = 10.0;
-/// Multiple of it up to which a difference teaches how much samples differ.
+/// Multiple of the mean difference of samples up to which a difference changes that mean.
 const TEACHES: f64 = 4.0;
 /// Fewest differences before anything is called an outlier.
 const FEWEST: u32 = 16;
 
-/// State of one signal of so many numbers.
+/// Outlier check of one signal with `N` components.
 #[derive(Debug, Clone)]
 pub(super) struct Outliers<const N: usize> {
     /// A difference that does no harm.
@@ -44,17 +44,17 @@ impl<const N: usize> Outliers<N> {
         self.harmless = harmless;
     }
 
-    /// After a gap the next sample is the first one.
+    /// Starts anew after a gap: the next sample is the first one.
     pub(super) fn restart(&mut self) {
         (self.last, self.is_suspect) = (None, false);
     }
 
-    /// Whether the last sample was an outlier: if the next one is none, the signal has changed, or is back.
+    /// Whether the last sample was an outlier: if the next sample is not, the signal has changed, or is back.
     pub(super) fn is_suspect(&self) -> bool {
         self.is_suspect
     }
 
-    /// How far a sample may be from the one before.
+    /// Returns the largest difference between two samples in a row that is no outlier.
     pub(super) fn limit(&self) -> f64 {
         TIMES * self.difference + self.harmless
     }
@@ -95,21 +95,21 @@ impl<const N: usize> Outliers<N> {
     }
 }
 
-/// The first samples of a stretch, of which none is known to be right: a knock, or what a sensor sends before it has measured.
+/// The first samples of a stretch, of which none is known to be right: a knock, or the values of a sensor before it has measured.
 #[derive(Debug, Clone)]
 pub(super) struct FirstSamples {
     samples: [(i64, [f64; 3]); FIRST],
     count: usize,
 }
 
-/// Samples by which the first ones are judged, and how many of them may be wrong at most.
+/// Number of samples by which the first ones are judged, and the largest number of wrong ones among them.
 const FIRST: usize = 16;
 const MOST_WRONG: usize = FIRST / 4;
 
 /// The first of some samples that are far from those around them.
 pub(super) struct Far {
     pub(super) stamp_ns: i64,
-    /// How far it is from their median, and how far it may be.
+    /// Distance of the sample from their median, and the limit of that distance.
     pub(super) distance: f64,
     pub(super) limit: f64,
 }
@@ -122,13 +122,13 @@ impl FirstSamples {
         }
     }
 
-    /// After a gap the next sample is the first one.
+    /// Starts anew after a gap: the next sample is the first one.
     pub(super) fn restart(&mut self) {
         self.count = 0;
     }
 
-    /// Takes a sample. The last of the first ones tells which are far from their median: by many times what one differs from
-    /// the next, and by more than does harm. If the last one is, too, the signal has changed.
+    /// Takes a sample. With the last of the first samples, returns the first one that is far from their median: by many times the
+    /// usual difference of neighbours, and by more than does no harm. `None` if the last one is far, too: the signal has changed.
     pub(super) fn take(&mut self, stamp_ns: i64, values: [f64; 3], harmless: f64) -> Option<Far> {
         if self.count >= FIRST {
             return None;
@@ -171,7 +171,7 @@ pub(super) fn distance<const N: usize>(a: [f64; N], b: [f64; N]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Which of the first samples is far, of a signal along one axis.
+    /// Returns the stamp of the first sample that is far from the others, of a signal along one axis.
     fn first_far(value: impl Fn(usize) -> f64) -> Option<i64> {
         let mut first = FirstSamples::new();
         let mut samples = (0..100_usize).map(|k| (k as i64, [0.5, value(k), -9.8]));

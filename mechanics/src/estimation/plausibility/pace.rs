@@ -1,4 +1,4 @@
-//! How fast a joint moves by its positions, as far as noise does not hide it, and whether it still does.
+//! Speed of a joint by its positions, as far as noise does not hide it, and whether the joint still moves.
 
 use super::notice::Limits;
 
@@ -6,7 +6,8 @@ use super::notice::Limits;
 const LEAST_S: f64 = 0.2;
 const APART_S: f64 = 0.008;
 const PLACES: usize = 32;
-/// Multiples of the noise that say how fast it moves, and whether it still does: the latter shows in half the time.
+/// Multiples of the noise from which the speed of the joint is known, and from which the joint counts as moving on: the latter
+/// shows in half the time.
 const KNOWN: f64 = 4.0;
 const SEEN: f64 = 2.0;
 /// The share of its pace that a joint has at the last place if it moves on: one that comes to rest has less.
@@ -18,7 +19,7 @@ pub(super) struct Pace {
     /// Stamps (ns) and ways (rad or m) of the last places, the newest first.
     places: [(i64, f64); PLACES],
     count: usize,
-    /// The same of the last change, and its position.
+    /// Stamp (ns) and way (rad or m) of the last change, and the position after it.
     last: (i64, f64),
     position: f64,
     restarts: bool,
@@ -63,7 +64,7 @@ impl Pace {
         }
     }
 
-    /// No motion leads to what follows. What is known stays until the position changes.
+    /// Starts anew: no motion leads to the next positions. The known motion stays until the position changes.
     pub(super) fn restart(&mut self) {
         self.restarts = true;
     }

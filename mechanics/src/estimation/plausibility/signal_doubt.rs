@@ -1,4 +1,4 @@
-//! What stays of a signal that failed visibly, within a session and over its end: it is doubted until it is back within what it
+//! Doubt about a signal that failed visibly, kept within a session and over its end: until the signal is back within what it
 //! could have reached, is measured again, or a person trusts it again.
 
 use crate::machine::Proof;
@@ -8,38 +8,56 @@ use crate::machine::Proof;
 pub struct SignalDoubt {
     /// The signal: a joint, or the specific force.
     pub signal: Proof,
-    /// By how much it is off (rad, m or m/s^2; signed): the sum of the jumps of a joint, or how far the mean length of the
-    /// specific force is beyond what is possible. Zero of a joint that stopped to be measured: how far it is off is unknown.
+    /// Error of the signal (rad, m or m/s^2; signed): the sum of the jumps of a joint, or the difference of the mean length of
+    /// the specific force from the nearest possible one. Zero for a joint that is not measured any more: its error is unknown.
     pub by: f64,
-    /// What of that may be motion (same unit): after a jump back to a sum that is not larger, the joint is back. All of it, of a joint that
-    /// has lost counts.
+    /// The part of `by` that may be motion (same unit): after a jump back to a sum that is not larger, the joint is back. All of
+    /// it for a joint that has lost counts.
+    /// For a joint that is not measured any more: how fast it moved then (rad/s or m/s); less than zero if the lean of the platform has
+    /// contradicted its standstill, whether it is measured again or not.
     pub moved: f64,
 }
 
-/// Where a joint was at some time.
+/// Position of a joint at some time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct KnownPosition {
     /// Index of the joint.
     pub joint: usize,
-    /// When (ns), by the clock of the sensors.
+    /// Time (ns), by the clock of the sensors.
     pub stamp_ns: i64,
-    /// In rad or m.
+    /// Position (rad or m).
     pub position: f64,
 }
 
 impl SignalDoubt {
-    /// That a joint stopped to be measured, and shows the same position since.
-    pub(super) fn frozen(joint: usize) -> Self {
+    /// Creates the doubt that a joint is not measured any more, and shows the same position since.
+    /// `rate`: how it moved then (rad/s or m/s).
+    pub(super) fn frozen(joint: usize, rate: f64) -> Self {
         Self {
             signal: Proof::Joint(joint),
             by: 0.0,
-            moved: 0.0,
+            moved: rate.abs(),
         }
     }
 
-    /// Whether a joint stopped to be measured.
+    /// Creates the doubt that the lean of the platform has contradicted the standstill of a joint: its encoder may have lost its zero.
+    pub(super) fn stopped_once(joint: usize) -> Self {
+        Self {
+            signal: Proof::Joint(joint),
+            by: 0.0,
+            moved: -1.0,
+        }
+    }
+
+    /// Whether the doubt is that a joint is not measured any more.
     #[must_use]
     pub fn is_frozen(&self) -> bool {
-        self.by == 0.0
+        self.by == 0.0 && !self.has_stopped_once()
+    }
+
+    /// Whether the doubt is that the lean of the platform has contradicted the standstill of a joint, which may be measured again.
+    #[must_use]
+    pub fn has_stopped_once(&self) -> bool {
+        self.by == 0.0 && self.moved < 0.0
     }
 }

@@ -41,7 +41,7 @@ pub(in crate::estimation) struct SignalChecks {
     rules: Rules,
     /// Stamp of the last sample of each sensor, in the order of [`Sensors::iter`].
     last_ns: Vec<(Sensor, Option<i64>)>,
-    /// By stream and index in it.
+    /// Joints, by stream and index in it.
     joints: Vec<Vec<JointWatch>>,
     force: VectorWatch,
     turning: VectorWatch,
@@ -51,14 +51,14 @@ pub(in crate::estimation) struct SignalChecks {
     odometry_turning: VectorWatch,
     odometry_attitude: AttitudeWatch,
     tool: [VectorWatch; 2],
-    /// By signal.
+    /// Actuators, by signal.
     actuators: Vec<VectorWatch>,
     /// The load sensors and the signals of payloads.
     numbers: Vec<(Sensor, Freeze)>,
     motion: Motion,
 }
 
-/// Which parts of a sample are sound by themselves: only these are compared with other sensors.
+/// The parts of a sample that are sound by themselves: only these are compared with other sensors.
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::estimation) struct Sound {
     /// All of a sample of joints or of the tool.
@@ -206,7 +206,8 @@ impl SignalChecks {
         })
     }
 
-    /// Whether a load sensor or a signal of payloads is measured. Nothing else is known of a number without a scale, which may jump.
+    /// Checks that a load sensor or a signal of payloads is still measured. Nothing else is known of a number without a scale,
+    /// which may jump.
     pub(super) fn check_number(&mut self, sample: &Sample<'_>, findings: &mut Vec<Finding>) {
         let mut numbers = self.numbers.iter_mut();
         let number = numbers.find(|(sensor, _)| *sensor == sample.sensor);
@@ -223,8 +224,8 @@ impl SignalChecks {
 
     /// The joints that have stopped to be measured.
     pub(super) fn frozen(&self) -> impl Iterator<Item = SignalDoubt> {
-        let joints = self.watched_joints().filter(|(watch, _)| watch.is_frozen());
-        joints.map(|(_, joint)| SignalDoubt::frozen(joint))
+        let joints = self.watched_joints();
+        joints.filter_map(|(watch, joint)| Some(SignalDoubt::frozen(joint, watch.frozen_rate()?)))
     }
 
     /// The joints that have stopped, and still repeat themselves.
@@ -234,17 +235,18 @@ impl SignalChecks {
     }
 
     /// A joint had stopped to be measured when the session before ended.
-    pub(super) fn remember_frozen(&mut self, joint: usize) {
-        self.watch_of(joint).for_each(JointWatch::remember_frozen);
+    pub(super) fn remember_frozen(&mut self, joint: usize, rate: f64) {
+        self.watch_of(joint)
+            .for_each(|watch| watch.remember_frozen(rate));
     }
 
-    /// Where a joint was in a session before.
+    /// Remembers the position of a joint from an earlier session.
     pub(super) fn remember_position(&mut self, at: &KnownPosition) {
         self.watch_of(at.joint)
             .for_each(|watch| watch.remember_position(at.stamp_ns, at.position));
     }
 
-    /// Where the joints are, as far as that is known.
+    /// Returns the last known positions of the joints.
     pub(super) fn known_positions(&self) -> impl Iterator<Item = KnownPosition> {
         self.watched_joints().filter_map(|(watch, joint)| {
             let (stamp_ns, position) = watch.known_position()?;
@@ -256,7 +258,8 @@ impl SignalChecks {
         })
     }
 
-    /// The joints that have jumped where they cannot have moved, and of which nobody knows yet whether they stay there.
+    /// Returns the doubts about joints that have jumped where they cannot have moved, while nobody knows yet whether they stay
+    /// there.
     pub(super) fn jumps(&self) -> impl Iterator<Item = SignalDoubt> {
         self.watched_joints().filter_map(|(watch, joint)| {
             let [by, moved] = watch.jump()?;
@@ -268,7 +271,7 @@ impl SignalChecks {
         })
     }
 
-    /// A person trusts these joints where they are now.
+    /// Trusts the present positions of these joints, as a person says.
     pub(super) fn trust(&mut self, signals: Proofs) {
         self.watches_mut()
             .filter(|&(_, joint)| signals.has(Proof::Joint(joint)))
@@ -290,8 +293,8 @@ impl SignalChecks {
         streams.flat_map(|(watches, stream)| watches.iter().zip(stream.joints.iter().copied()))
     }
 
-    /// The signals that have shown one value only so far. A switch does so rightly, and a standing machine's odometry. `is_idle` tells
-    /// of signals of actuators that no load hangs on.
+    /// Returns the signals that have had one value only so far. A switch does so rightly, and a standing machine's odometry.
+    /// `is_idle` is true for signals of actuators on which no load depends.
     pub(in crate::estimation) fn unchanged(&self, is_idle: &dyn Fn(usize) -> bool) -> Proofs {
         let joints = self.watched_joints();
         let joints = joints.filter(|(watch, _)| !watch.has_changed());
@@ -301,13 +304,13 @@ impl SignalChecks {
         joints.chain(vectors.map(|(_, proof)| proof)).collect()
     }
 
-    /// The signals of which nothing shows any more that they are measured, see [`Freeze::is_silent`].
+    /// Returns the signals of which nothing shows any more that they are measured: see [`Freeze::is_silent`].
     pub(super) fn silent(&self, is_idle: &dyn Fn(usize) -> bool) -> Proofs {
         let silent = self.freezes(is_idle).filter(|(it, _)| it.is_silent());
         silent.map(|(_, proof)| proof).collect()
     }
 
-    /// What is known of the repeats of signals but of joints, and what they prove.
+    /// Returns the repeat statistics of each signal other than joints, with the proof that the signal belongs to.
     fn freezes(&self, is_idle: &dyn Fn(usize) -> bool) -> impl Iterator<Item = (&Freeze, Proof)> {
         let of_imu = [
             (&self.force, Proof::SpecificForce),
@@ -331,7 +334,7 @@ impl SignalChecks {
         vectors.chain(payloads.map(|(_, freeze)| (freeze, Proof::Payload)))
     }
 
-    /// Whether the last value of a signal of an actuator says nothing of its force, see [`Freeze::says_nothing`].
+    /// Whether the last value of an actuator's signal says nothing of the force: see [`Freeze::says_nothing`].
     pub(super) fn is_nothing(&self, signal: usize) -> bool {
         (self.actuators.get(signal)).is_some_and(|watch| watch.freeze().says_nothing())
     }
@@ -503,7 +506,7 @@ impl SignalChecks {
     }
 }
 
-/// How a load sensor or a signal of payloads rests; `None` for other sensors.
+/// Returns the check for repeats of a load sensor or of a signal of payloads, by how it may rest; `None` for other sensors.
 fn rest_of_number(machine: &Machine, sensor: Sensor) -> Option<Freeze> {
     let freeze = Freeze::new();
     match sensor {

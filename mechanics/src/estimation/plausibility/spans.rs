@@ -15,7 +15,7 @@ pub struct FaultSpan {
     pub start_ns: i64,
     /// Stamp of the last sample with the fault (ns).
     pub end_ns: i64,
-    /// Stamp of the first sample without it (ns); `None` if there is none.
+    /// Stamp of the first sample without the fault (ns); `None` if there is none.
     pub until_ns: Option<i64>,
     /// Number of faulty samples, as far as they were judged individually.
     pub samples: u64,
@@ -99,9 +99,11 @@ impl FaultSpan {
 
     fn extend(&mut self, finding: &Finding) {
         let amount = self.worst.amount;
+        let possible_since_ns = self.worst.possible_since_ns.min(finding.possible_since_ns);
         if badness(finding) > badness(&self.worst) {
             self.worst = *finding;
         }
+        self.worst.possible_since_ns = possible_since_ns;
         let largest = &mut self.worst.amount;
         largest.value = largest.value.max(amount.value);
         largest.rate = largest.rate.max(amount.rate);
@@ -138,7 +140,7 @@ impl<'s> SpanWalk<'s> {
         }
     }
 
-    /// How to treat a sample at this time. Inlined: nearly always it is the default, and copying that costs more.
+    /// Returns the judgement on a sample at this time. Inlined: nearly always it is the default, and copying that costs more.
     #[inline(always)]
     pub(crate) fn judgement(&mut self, stamp_ns: i64) -> Judgement {
         let mut judgement = Judgement::default();
@@ -179,5 +181,45 @@ impl<'s> SpanWalk<'s> {
             self.next += 1;
         }
         self.active.retain(|span| !is_over(span));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fault::{Amount, Component, Part};
+    use super::*;
+    use crate::machine::Policy;
+
+    #[test]
+    fn a_span_is_possible_since_the_earliest_of_its_findings() {
+        let finding = |stamp_ns: i64, possible_since_ns: i64, measure: f64| Finding {
+            sensor: Sensor::Joints(0),
+            part: Part::Joint(0),
+            kind: FaultKind::Contradiction,
+            component: Component::Value,
+            policy: Policy::Widen,
+            since_ns: stamp_ns,
+            possible_since_ns,
+            stamp_ns,
+            measure,
+            limit: 1.0,
+            amount: Amount {
+                value: 0.0,
+                rate: 0.0,
+            },
+            explanation: None,
+        };
+        let mut spans = FaultSpans::default();
+        spans.take(Sensor::Joints(0), 10, &[finding(10, 3, 2.0)]);
+        spans.take(Sensor::Joints(0), 20, &[finding(20, 9, 5.0)]);
+        let mut found = spans.finish();
+        assert_eq!(found.len(), 1);
+        assert_eq!(found[0].worst.possible_since_ns, 3);
+        let later = FaultSpan {
+            worst: finding(30, 1, 1.0),
+            ..found[0]
+        };
+        found[0].merge(&later);
+        assert_eq!(found[0].worst.possible_since_ns, 1);
     }
 }

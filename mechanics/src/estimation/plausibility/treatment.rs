@@ -14,7 +14,7 @@ const LARGEST_DOUBT: f64 = 1e6;
 pub(crate) struct Treatment {
     /// The part is not used.
     pub(crate) left_out: bool,
-    /// Its derivatives are not used.
+    /// The derivatives of the part are not used.
     pub(crate) rates_left_out: bool,
     /// Added to the variance of a measured value.
     pub(crate) value_variance: f64,

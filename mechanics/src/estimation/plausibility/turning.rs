@@ -1,4 +1,4 @@
-//! Whether a signal changes as noise does, or as a motion, and whether it has stopped to change.
+//! Changes of a signal by noise or by a motion, and the evidence that the signal has stopped changing.
 //!
 //! Of the changes of noise two in three go back. What moves slowly and has no noise, to and fro perhaps, goes on in its direction for some
 //! samples, and may rest then. The changes say which of both it is:
@@ -10,13 +10,13 @@
 const NOISE_BACK: f64 = 2.0 / 3.0;
 const MOTION_BACK: f64 = 0.15;
 
-/// The log likelihood ratio of noise against a motion, of so many changes that go back and so many that go on.
+/// Returns the log likelihood ratio of noise against a motion, for so many changes that go back and so many that go on.
 pub(super) fn noise_against_motion(back: f64, on: f64) -> f64 {
     back * (NOISE_BACK / MOTION_BACK).ln() + on * ((1.0 - NOISE_BACK) / (1.0 - MOTION_BACK)).ln()
 }
 
-/// What each repeat on end says for a signal that is not measured any more, as a log likelihood ratio: among so many changes it repeated
-/// itself so many times while it was (Laplace's rule of succession).
+/// Returns the log likelihood ratio that each repeat on end adds for a signal that is not measured any more, if the signal
+/// repeated itself so many times among so many changes while it was measured (Laplace's rule of succession).
 pub(super) fn per_repeat(changes: f64, repeats: f64) -> f64 {
     ((changes + repeats + 2.0) / (repeats + 1.0)).ln()
 }

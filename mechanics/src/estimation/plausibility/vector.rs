@@ -14,7 +14,7 @@ pub(super) struct VectorWatch {
     max: f64,
     /// Fastest change (per second) and its allowance.
     slew: Option<Slew>,
-    /// The last credible value, and whether another one agreed with it: the first one is as likely to be wrong.
+    /// The last credible value, and whether another value agreed with it: the first one is as likely to be wrong.
     good: Option<(i64, [f64; 3])>,
     is_confirmed: bool,
     period_s: f64,
@@ -24,7 +24,7 @@ pub(super) struct VectorWatch {
     /// The first samples, and a difference of them that does no harm.
     first: Option<(FirstSamples, f64)>,
     axes: Option<AxesWatch>,
-    /// Which components are measured: a constant of the machine file repeats by itself.
+    /// Whether each component is measured: a constant of the machine file repeats by itself.
     is_measured: [bool; 3],
 }
 
@@ -53,7 +53,7 @@ impl VectorWatch {
         }
     }
 
-    /// Of a vector whose components are these numbers, if the machine file names them.
+    /// Returns the checks of a vector whose components are these numbers, if the machine file names them.
     pub(super) fn of_numbers(mut self, numbers: Option<&[NumberSpec; 3]>) -> Self {
         if let Some(numbers) = numbers {
             self.is_measured = numbers.each_ref().map(|number| number.field().is_some());
@@ -61,19 +61,19 @@ impl VectorWatch {
         self
     }
 
-    /// Of a vector that may rest while others move: a constant force is legitimate.
+    /// Returns the checks of a vector that may rest while others move: a constant force is legitimate.
     pub(super) fn may_rest(mut self) -> Self {
         self.freeze = self.freeze.may_rest();
         self
     }
 
-    /// Of a number, which comes first and rests like this.
+    /// Returns the checks of a number: the first component alone, which may rest as `freeze` says.
     pub(super) fn of_one_number(mut self, freeze: Freeze) -> Self {
         (self.is_measured, self.freeze) = ([true, false, false], freeze);
         self
     }
 
-    /// With checks for outliers, where a difference of samples up to `harmless` does no harm.
+    /// Returns the checks with those for outliers, where a difference of samples up to `harmless` does no harm.
     pub(super) fn with_outliers(mut self, harmless: f64) -> Self {
         self.outliers = Some(Outliers::new(harmless));
         self
@@ -85,18 +85,18 @@ impl VectorWatch {
         self.first = Some((FirstSamples::new(), harmless));
     }
 
-    /// With checks for single axes that stick, from this log likelihood ratio on.
+    /// Returns the checks with those for single axes that stick, from this log likelihood ratio on.
     pub(super) fn with_axes(mut self, threshold: f64) -> Self {
         self.axes = Some(AxesWatch::new(threshold));
         self
     }
 
-    /// Whether no sample has contained it so far.
+    /// Whether no sample has contained the vector so far.
     pub(super) fn was_never_given(&self) -> bool {
         self.last_ns.is_none()
     }
 
-    /// Whether it repeats itself.
+    /// Returns the check for repeats of the vector.
     pub(super) fn freeze(&self) -> &Freeze {
         &self.freeze
     }

@@ -25,7 +25,7 @@ pub(super) struct WeightWatch {
 }
 
 impl WeightWatch {
-    /// Before the first sample, with this gravity (m/s^2).
+    /// Creates the watch before the first sample, with this gravity (m/s^2).
     pub(super) fn new(gravity: f64) -> Self {
         Self {
             gravity,
@@ -35,13 +35,14 @@ impl WeightWatch {
         }
     }
 
-    /// How far the mean is beyond what is possible (m/s^2, signed); `None` while it is credible.
+    /// Returns the difference of the mean length of the specific force from the nearest possible one (m/s^2, signed); `None`
+    /// while the mean is credible.
     pub(super) fn beyond(&self) -> Option<f64> {
         let nearest = self.mean.clamp(self.least(), self.largest());
         (self.mean != nearest).then_some(self.mean - nearest)
     }
 
-    /// It was so far beyond what is possible when the session before ended.
+    /// Remembers from an earlier session that the mean was so far beyond what is possible (m/s^2, signed).
     pub(super) fn remember(&mut self, beyond: f64) {
         let nearest = match beyond > 0.0 {
             true => self.largest(),
@@ -50,7 +51,7 @@ impl WeightWatch {
         self.mean = nearest + beyond;
     }
 
-    /// Whatever it has shown so far is trusted.
+    /// Trusts the specific force so far: its mean begins anew.
     pub(super) fn trust(&mut self) {
         (self.mean, self.since_ns) = (self.gravity, None);
     }

@@ -20,7 +20,7 @@ pub struct UnobservedMotion<S> {
     hold_ns: i64,
     gravity: f64,
     joints: Vec<Option<JointBounds>>,
-    /// By joint, the greatest acceleration of a wheel (rad/s^2); `None` for other joints.
+    /// Greatest acceleration of a wheel, by joint (rad/s^2); `None` for other joints.
     wheels: Vec<Option<f64>>,
     limits: Vec<Option<[f64; 2]>>,
     acceleration: f64,
@@ -36,11 +36,11 @@ pub struct SampleMemory {
     chunks: Vec<Chunk>,
 }
 
-/// Two consecutive samples, or the last one and how long ago it was.
+/// Two consecutive samples, or the last one and its age.
 struct Pair {
     from: Vec<f64>,
     to: Option<Vec<f64>>,
-    /// Time between them, or since the only one (s).
+    /// Time between both samples, or since the only one (s).
     t: f64,
 }
 
@@ -254,7 +254,7 @@ impl<S: SampleSource> UnobservedMotion<S> {
         }
     }
 
-    /// What is between two samples that are far apart, or after the last one.
+    /// Adds the possible motion between two samples that are far apart, or after the last one, to `range`.
     fn add_pair(&self, sensor: Sensor, pair: &Pair, range: &mut MotionRange) {
         match sensor {
             Sensor::Joints(stream) => {
@@ -273,7 +273,7 @@ impl<S: SampleSource> UnobservedMotion<S> {
         }
     }
 
-    /// What is between two samples close to each other: their values. `lasts_ns` is the time that the range covers.
+    /// Adds the values of two samples that are close to each other to `range`. `lasts_ns` is the time that the range covers.
     fn add_dense(&self, sensor: Sensor, pair: &Pair, lasts_ns: i64, range: &mut MotionRange) {
         let both = [Some(&pair.from), pair.to.as_ref()];
         for values in both.into_iter().flatten() {
@@ -504,9 +504,9 @@ impl<S: SampleSource> UnobservedMotion<S> {
     }
 }
 
-/// What the samples show at least.
+/// Least rates and accelerations that explain the samples.
 struct Shown {
-    /// By joint: velocity and acceleration.
+    /// Velocity and acceleration, by joint.
     joints: Vec<[f64; 2]>,
     /// Acceleration, angular velocity and angular acceleration.
     platform: [f64; 3],

@@ -13,7 +13,7 @@ pub struct Span {
 }
 
 impl Span {
-    /// One value.
+    /// Returns the range of one value.
     #[must_use]
     pub fn at(value: f64) -> Self {
         Self {
@@ -22,7 +22,7 @@ impl Span {
         }
     }
 
-    /// Its width.
+    /// Returns the width of the range.
     #[must_use]
     pub fn width(self) -> f64 {
         self.high - self.low
@@ -50,7 +50,7 @@ impl Span {
 /// The ranges of all signals, at an instant or over a time.
 #[derive(Debug, Clone)]
 pub struct MotionRange {
-    /// By joint: position, velocity and acceleration.
+    /// Ranges of position, velocity and acceleration, by joint.
     pub joints: Vec<[Span; 3]>,
     /// Specific force in the IMU frame (m/s^2).
     pub specific_force: [Span; 3],
@@ -69,7 +69,7 @@ pub struct MotionRange {
 }
 
 impl MotionRange {
-    /// The state alone.
+    /// Returns the zero range of a machine, without unobserved motion.
     #[must_use]
     pub fn of(machine: &Machine) -> Self {
         let zero = Span::at(0.0);
@@ -105,10 +105,10 @@ impl MotionRange {
 /// A stated greatest rate or acceleration that the log itself exceeds. The larger one is used.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Exceeded {
-    /// What: the key of the machine file.
+    /// Key in the machine file.
     pub key: String,
-    /// What is stated.
+    /// Stated value, in the unit of the key.
     pub stated: f64,
-    /// What the samples show at least.
+    /// Least value that explains the samples, in the unit of the key.
     pub observed: f64,
 }

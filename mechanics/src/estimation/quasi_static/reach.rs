@@ -1,4 +1,4 @@
-//! How far a signal can go between two samples.
+//! Range of a signal between two samples.
 
 use super::range::Span;
 
@@ -45,7 +45,8 @@ pub(super) fn velocities(x: [f64; 2], t: f64, v: f64, a: f64) -> Span {
     }
 }
 
-/// How far a direction can leave the shortest arc between two samples (rad), `t` seconds apart.
+/// Returns the largest angle between a direction and the shortest arc between two samples (rad), `t` seconds apart, by its
+/// largest rate and acceleration.
 pub(super) fn turn(t: f64, rate: f64, acceleration: f64) -> f64 {
     (0.5 * rate * t).min(0.125 * acceleration * t * t)
 }

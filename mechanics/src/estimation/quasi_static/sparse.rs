@@ -1,4 +1,4 @@
-//! Whether a log is sparse.
+//! Sparse logs: whether the samples of a sensor are too rare for the estimator.
 
 use crate::estimation::smoother::SampleSource;
 use crate::estimation::sorted_stamps::sorted_stamps;
@@ -11,7 +11,7 @@ const MOST_IN_GAPS: f64 = 0.5;
 /// Fewest gaps of a sensor that records in bursts: a dense recording with one or two holes is not sparse.
 const FEWEST_BURST_GAPS: usize = 3;
 
-/// How sparse the samples of a sensor are.
+/// Gaps between the samples of a sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sparseness {
     /// The sensor.
@@ -20,22 +20,22 @@ pub struct Sparseness {
     pub gap_share: f64,
     /// Number of such gaps.
     pub gaps: usize,
-    /// Whether even the median time between two samples is such a gap.
+    /// Whether even the median time between two samples is a gap that the estimator does not bridge.
     pub is_slow: bool,
     /// Median time between two samples (s).
     pub median_s: f64,
 }
 
 impl Sparseness {
-    /// Whether most of its time is in gaps, because it is slow or records in bursts.
+    /// Whether most of the sensor's time is in gaps, because it is slow or records in bursts.
     #[must_use]
     pub fn is_sparse(&self) -> bool {
         self.gap_share > MOST_IN_GAPS && (self.is_slow || self.gaps >= FEWEST_BURST_GAPS)
     }
 }
 
-/// How sparse each sensor is that every row needs: joint states, and the IMU or else odometry. Sensors with fewer
-/// than two samples are left out.
+/// Returns the gaps of each sensor that every row needs: joint states, and the IMU or else odometry. Sensors with fewer than two
+/// samples are left out.
 pub fn sparseness<S: SampleSource>(
     machine: &Machine,
     sensors: &Sensors,
@@ -72,7 +72,7 @@ fn steps_ns(stamps_ns: &[i64]) -> Vec<i64> {
     steps
 }
 
-/// Whether every row needs a sensor.
+/// Whether every row needs samples of a sensor.
 pub(super) fn is_needed(sensors: &Sensors, sensor: Sensor) -> bool {
     match sensor {
         Sensor::Joints(_) => true,

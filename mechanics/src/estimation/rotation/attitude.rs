@@ -27,14 +27,14 @@ pub(super) struct UpByAttitude {
     base_from_sensor: Matrix3<f64>,
     max_gap_s: f64,
     last: Option<(i64, Vector3<f64>)>,
-    /// A sample far from the one before, and how many agree with it.
+    /// Up direction of a sample far from the one before, and the number of samples that agree with it.
     jumped: Option<(Vector3<f64>, u32)>,
     rate: Vector3<f64>,
     bits: [u64; 4],
     changed_ns: i64,
 }
 
-/// What the attitude shows.
+/// Up direction and angular velocity by the attitude, after a sample.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ByAttitude {
     pub(super) dt: f64,
@@ -65,7 +65,7 @@ impl UpByAttitude {
         (age_s <= self.max_gap_s).then_some(up)
     }
 
-    /// Whether the same bits have been repeated for long.
+    /// Whether the attitude has repeated the same bits for longer than [`FROZEN_NS`].
     pub(super) fn is_frozen(&self, now_ns: i64) -> bool {
         now_ns.saturating_sub(self.changed_ns) > FROZEN_NS
     }

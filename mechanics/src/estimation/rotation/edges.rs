@@ -4,7 +4,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::machine::{Machine, Wheel};
 
-/// How far a machine sinks on tyres of unknown stiffness (m).
+/// Deflection of tyres of unknown stiffness under the machine (m).
 const USUAL_SINK: f64 = 0.015;
 /// Smallest standard deviation of the lean (rad).
 const LEAST_LEAN: f64 = 0.3 * DEGREE;
@@ -12,22 +12,22 @@ const LEAST_LEAN: f64 = 0.3 * DEGREE;
 const JACKING: f64 = 3.0 * DEGREE;
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
-/// An edge.
+/// An edge of the polygon as an axis of rotation.
 #[derive(Debug, Clone)]
 pub(super) struct EdgeAxis {
     pub(super) name: String,
-    /// Unit vector along it, in base axes: a positive rotation about it lifts the interior.
+    /// Unit vector along the edge, in base axes: a positive rotation about it lifts the interior.
     pub(super) axis: Vector3<f64>,
-    /// Standard deviation of the lean about it while the machine stands on its supports (rad).
+    /// Standard deviation of the lean about the edge while the machine stands on its supports (rad).
     pub(super) lean: f64,
     /// Largest lean on the tyres alone (rad).
     pub(super) lean_on_tyres: f64,
-    /// How far the farthest support is from it (m).
+    /// Distance of the farthest support from the edge (m).
     pub(super) width: f64,
 }
 
-/// The edges, the length over which the ground under the machine becomes another (m), how high the base's origin is over it (m), and the
-/// radius of the largest wheel (m).
+/// The edges, the length over which the ground under the machine becomes another (m), the height of the base's origin above the
+/// ground (m), and the radius of the largest wheel (m).
 #[derive(Debug, Clone)]
 pub(super) struct Edges {
     pub(super) all: Vec<EdgeAxis>,
@@ -37,7 +37,7 @@ pub(super) struct Edges {
 }
 
 impl Edges {
-    /// Those of the support polygon; where supports come and go, of the polygon around all of them.
+    /// Returns the edges of the support polygon; where supports come and go, of the polygon around all of them.
     pub(super) fn of(machine: &Machine) -> Self {
         let outer = machine.outer_polygon();
         let (polygon, wheels) = match &outer {

@@ -15,7 +15,8 @@ const LARGEST_RATE: f64 = 6.0;
 /// Time constants of the filters that show a quiet machine (s).
 const FAST_S: f64 = 0.15;
 const SLOW_S: f64 = 1.0;
-/// How far both may be apart: angular velocity (rad/s), direction of the specific force (rad), and its length from gravity.
+/// Largest differences between both filters on a quiet machine: angular velocity (rad/s), direction of the specific force (rad),
+/// and its length from gravity (share).
 const QUIET_RATE: f64 = 0.25 * DEGREE;
 const QUIET_TURN: f64 = 0.25 * DEGREE;
 const QUIET_SHARE: f64 = 0.05;
@@ -29,13 +30,14 @@ const QUIET_S: f64 = 0.6;
 /// Standard deviation of the tilt by the specific force, and the time in which its errors are one (rad, s): quiet, and moving.
 const QUIET_TILT: (f64, f64) = (0.5 * DEGREE, 0.5);
 const MOVING_TILT: (f64, f64) = (8.0 * DEGREE, 1.0);
-/// Of the bias by the angular velocity of a quiet machine (rad/s, s).
+/// Standard deviation of the bias by the angular velocity of a quiet machine, and the time in which its errors are one (rad/s,
+/// s).
 const QUIET_BIAS: (f64, f64) = (0.05 * DEGREE, 1.0);
 /// Standard deviations at the first sample: tilt by the specific force, tilt by the attitude (rad), bias (rad/s).
 const FIRST_TILT: f64 = 12.0 * DEGREE;
 const FIRST_ATTITUDE: f64 = 3.0 * DEGREE;
 const FIRST_BIAS: f64 = 0.02;
-/// How tilt and bias drift, as spectral densities (rad^2/s, rad^2/s^3).
+/// Spectral densities of the drift of the tilt (rad^2/s) and of the bias (rad^2/s^3).
 const TILT_DRIFT: f64 = 3e-6;
 const BIAS_DRIFT: f64 = 1e-8;
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
@@ -56,11 +58,11 @@ pub(super) struct UpByGyro {
     /// Specific force, fast and slow; the slow one is of weights alone, since this time at most (s).
     force: Option<[Vector3<f64>; 2]>,
     averaged_s: f64,
-    /// How long the machine has been quiet (s).
+    /// Time for which the machine has been quiet (s).
     quiet_s: f64,
 }
 
-/// What the gyro shows.
+/// Up direction and angular velocity by the gyro, after a sample.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ByGyro {
     pub(super) dt: f64,
@@ -94,7 +96,8 @@ impl UpByGyro {
         fast.try_normalize(0.3 * self.gravity)
     }
 
-    /// By which share the specific force differs from gravity; `None` without it.
+    /// Returns the difference of the length of the specific force from gravity, as a share of gravity; `None` without a specific
+    /// force.
     pub(super) fn weight_share(&self) -> Option<f64> {
         let [fast, _] = self.force?;
         Some(fast.norm() / self.gravity - 1.0)
@@ -203,7 +206,8 @@ impl UpByGyro {
         };
     }
 
-    /// Until it is known for long, the slow mean is that of all weights so far: none of them counts more than the others.
+    /// Follows the specific force by a fast and a slow mean. Until the slow mean is known for long, it is that of all weights so
+    /// far: none of them counts more than the others.
     fn follow_force(&mut self, dt: f64, force: &Vector3<f64>, [fast_share, slow_share]: [f64; 2]) {
         let is_weight = self.is_weight(force);
         if self.force.is_none() && !is_weight {

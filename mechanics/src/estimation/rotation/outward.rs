@@ -1,4 +1,4 @@
-//! How a platform turns outwards about its edges right now, before that is a rotation for certain.
+//! Present outward rotation of a platform about its edges, before it is certain that the platform rotates.
 //!
 //! Tyres have a bounded travel. A platform on its wheels turns from the largest lean to one side to that to the other at most,
 //! and slower again on the second half of that way. One that falls turns on, faster and faster:
@@ -32,22 +32,22 @@ const AGREES: f64 = 0.5;
 /// a fall is 3, that of a gyro that jumps falls to 1 in it.
 const GROWN: f64 = 1.5;
 const GROWN_S: f64 = 5.0 * SMOOTHED_S;
-/// A machine whose wheels have rolled, or soon will have, by less than this while it turns has not driven onto a slope (m).
+/// Distance below which the rolling of the wheels, so far and soon, has not taken a turning machine onto a slope (m).
 const ROLLED_M: f64 = 0.1;
 /// Highest step that a wheel climbs, as a share of its radius.
 const STEP: f64 = 0.6;
-/// Longer than this between two samples, what happened is not known (ns).
+/// Longest time between two samples over which a rotation is followed (ns).
 const GAP_NS: i64 = 200_000_000;
 /// Time over which a lean of the suspension is spread (s): its joints are sampled more slowly than the gyro, and have noise.
 const SUSPENSION_S: f64 = 0.1;
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
-/// What a source shows of the platform at a time, all in base axes.
+/// Attitude and motion of the platform by one source at a time, all in base axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ShownUp {
     /// Up direction.
     pub up: Vector3<f64>,
-    /// Up direction that it has where it stands on its wheels: what a rotation is counted from at that time.
+    /// Up direction of the platform on its wheels at that time, from which a rotation is counted.
     pub reference_up: Vector3<f64>,
     /// Angular velocity (rad/s).
     pub rate: Vector3<f64>,
@@ -58,41 +58,41 @@ pub struct ShownUp {
 pub struct OutwardTurn {
     /// The edge, by its index.
     pub edge: usize,
-    /// Since when it turns outwards (ns).
+    /// Start of the outward rotation (ns).
     pub since_ns: i64,
-    /// For how long (s).
+    /// Duration since then (s).
     pub lasts_s: f64,
-    /// How far it has turned since then (rad).
+    /// Rotation of the platform since then (rad), outwards positive.
     pub angle: f64,
-    /// How fast it turns (rad/s).
+    /// Rate of the rotation (rad/s), outwards positive.
     pub rate: f64,
-    /// How far its tyres let it lean (rad).
+    /// Standard deviation of the lean about the edge while the machine stands on its supports (rad).
     pub lean: f64,
-    /// How far the ground can have turned it since then (rad).
+    /// Largest rotation by the ground since then, extrapolated as in [`OutwardTurn::ahead`] (rad).
     pub by_ground: f64,
 }
 
 impl OutwardTurn {
-    /// How far it will have turned soon (rad).
+    /// Returns the rotation extrapolated by `AHEAD_S` at the present rate (rad).
     #[must_use]
     pub fn ahead(&self) -> f64 {
         self.angle + AHEAD_S * self.rate
     }
 
-    /// Whether tyres that carry do not explain it.
+    /// Whether the extrapolated rotation exceeds the travel of tyres that carry.
     #[must_use]
     pub fn is_beyond_tyres(&self) -> bool {
         self.ahead() > TRAVELS * self.lean
     }
 
-    /// Whether neither tyres nor ground explain it.
+    /// Whether the extrapolated rotation exceeds what tyres and ground together explain.
     #[must_use]
     pub fn is_beyond_ground(&self) -> bool {
         self.ahead() > TRAVELS * self.lean + self.by_ground
     }
 
-    /// Whether neither of them explains how far it has turned already, or how far it will have turned soon: one that rocks on its tyres
-    /// turns back sooner.
+    /// Whether the rotation exceeds what tyres and ground together explain: the extrapolated rotation once it has lasted for
+    /// `AHEAD_S`, before that the rotation so far. A platform that rocks on its tyres turns back sooner.
     #[must_use]
     pub fn has_left_ground(&self) -> bool {
         let lasting = if self.lasts_s >= AHEAD_S {
@@ -104,14 +104,14 @@ impl OutwardTurn {
     }
 }
 
-/// What the gyro, or the attitude, shows of all edges.
+/// Outward rotation about each edge by the gyro, or by the attitude.
 #[derive(Debug, Clone)]
 pub(super) struct Outward {
     runs: Vec<Run>,
     last_ns: Option<i64>,
-    /// By how much the suspension has turned the platform and what was not yet taken off, about x and y (rad).
+    /// Rotation of the platform by the suspension that was not yet taken off, about x and y (rad).
     leant: Vector2<f64>,
-    /// How fast the wheels roll (m/s).
+    /// Rolling speed of the wheels (m/s).
     rolling: f64,
 }
 
@@ -121,16 +121,16 @@ struct Run {
     angle: f64,
     rate: f64,
     fastest: f64,
-    /// How far the wheels have rolled (m).
+    /// Rolled distance of the wheels (m).
     rolled: f64,
 }
 
-/// When it began to turn outwards.
+/// Start of an outward rotation.
 #[derive(Debug, Clone, Copy)]
 struct Since {
     at_ns: i64,
     attitude: Option<Vector3<f64>>,
-    /// How far the ground under a standing machine had turned it (rad).
+    /// Rotation by soft ground under the standing machine until then (rad).
     settled: f64,
 }
 
@@ -144,13 +144,13 @@ impl Outward {
         }
     }
 
-    /// The suspension turned the platform by so much (rad).
+    /// Takes a rotation of the platform by its suspension (rad).
     pub(super) fn lean(&mut self, by: &Vector2<f64>) {
         self.leant += by;
     }
 
-    /// Takes what the source shows; `attitude` is what the attitude shows at the same time, `rolling` how fast the wheels roll (m/s),
-    /// `settled` how far the ground under a standing machine has turned it.
+    /// Takes the motion by the source; `attitude` is that by the attitude at the same time, `rolling` the rolling speed of the
+    /// wheels (m/s), `settled` the rotation by the ground under the standing machine (rad).
     pub(super) fn take(
         &mut self,
         edges: &Edges,
@@ -202,9 +202,9 @@ impl Outward {
         }
     }
 
-    /// The rotations that go on and are no drift of the source. `by_ground` is how far the ground can have turned the platform about
-    /// an edge on a distance (m) with a step that turns it so far (rad), since it had settled so far (rad), with the farthest wheel so
-    /// far from the edge (m).
+    /// Returns the rotations that go on and are no drift of the source. `by_ground` gives the largest rotation of the platform by
+    /// the ground about an edge, for a distance (m), a rotation by a step (rad), the rotation by soft ground at the start (rad),
+    /// and the distance of the farthest wheel from the edge (m).
     pub(super) fn turns<'o>(
         &'o self,
         edges: &'o Edges,
@@ -238,7 +238,7 @@ impl Outward {
     }
 }
 
-/// How far a wheel that has rolled so far is up on the highest step, or down from it (m).
+/// Returns the height of a wheel above or below the ground on the highest step (m), after rolling so far on to it or off it (m).
 fn climbed(rolled: f64, radius: f64) -> f64 {
     let corner = (1.0 - STEP) * radius;
     let left = ((radius * radius - corner * corner).sqrt() - rolled).max(0.0);
@@ -253,7 +253,7 @@ impl Run {
         }
     }
 
-    /// Whether it is no drift of the gyro: an attitude shows it as well, or it grows as no drift does.
+    /// Whether the rotation is no drift of the gyro: an attitude shows it as well, or it grows as no drift does.
     fn is_shown(
         &self,
         since: &Since,

@@ -6,7 +6,7 @@ use super::edges::Edges;
 
 /// Standard deviation of the slope under the machine (rad), where it has travelled by several of its lengths.
 const GROUND: f64 = 6.0 * DEGREE;
-/// Slopes beyond so many of these standard deviations are rare.
+/// Number of these standard deviations beyond which slopes are rare.
 const GROUND_SIGMAS: f64 = 2.0;
 /// Standard deviation of the slope on which a log or a session begins (rad).
 const FIRST_SLOPE: f64 = 10.0 * DEGREE;
@@ -15,19 +15,19 @@ const FIRST_SLOPE: f64 = 10.0 * DEGREE;
 const RAMP: f64 = 25.0 * DEGREE;
 /// Steepest slope on which a machine is taken to stand (rad).
 const STEEPEST: f64 = 35.0 * DEGREE;
-/// Soft ground gives way under a standing machine: how fast it may turn the machine (rad/s), and how far (rad). A machine that
-/// falls is faster, and goes farther.
+/// Largest rate at which soft ground turns a standing machine (rad/s), and largest angle (rad). A machine that falls is faster,
+/// and goes farther.
 const SETTLES: f64 = 1.25 * DEGREE;
 const SETTLES_MOST: f64 = 10.0 * DEGREE;
 /// Slower than this a machine stands (m/s).
 const STANDS: f64 = 0.1;
 /// Share of the machine's length over which the reference follows.
 const FOLLOWED: f64 = 0.5;
-/// From so many standard deviations on the reference follows no longer.
+/// Standard deviations from which on the reference follows no longer.
 const DOUBTED: f64 = 1.5;
 /// Lengths of the machine after which a lasting tilt is that of the ground.
 const GROUND_LENGTHS: f64 = 3.0;
-/// Rate of rotation of a platform that follows no longer (rad/s), and for how long (s).
+/// Rate of rotation of a platform that the reference follows no longer (rad/s), and the time for which it lasts (s).
 const STEADY: f64 = 2.0 * DEGREE;
 const STEADY_S: f64 = 0.5;
 /// Time for which the platform must be quiet on standing wheels to be a reference (s).
@@ -38,16 +38,17 @@ const DEGREE: f64 = std::f64::consts::PI / 180.0;
 #[derive(Debug, Clone, Default)]
 pub(super) struct Reference {
     up: Option<Vector3<f64>>,
-    /// Distance travelled since it held (m).
+    /// Distance travelled since the reference held (m).
     distance: f64,
     /// Variance of a reference that was only assumed (rad^2).
     assumed: f64,
-    /// How far soft ground can have turned the machine while it stood (rad).
+    /// Largest rotation of the machine by soft ground while it stood (rad).
     settled: f64,
-    /// How long the platform has been quiet on standing wheels, and has not rotated (s).
+    /// Time for which the platform has been quiet on standing wheels, and time without rotation (s).
     quiet_s: f64,
     steady_s: f64,
-    /// Since when the platform rotates farther than follows (ns), and the distance of the last step that followed (m).
+    /// Stamp since which the platform has rotated farther than the reference follows (ns), and the distance of the last step that
+    /// followed (m).
     pub(super) left_ns: Option<i64>,
     followed: f64,
     /// Largest outward rotation: its edge, angle and standard deviation (rad).
@@ -60,7 +61,7 @@ pub(super) struct Claim {
     pub(super) edge: usize,
     pub(super) angle: f64,
     pub(super) sigma: f64,
-    /// How far a ramp can have turned the machine about this edge on its way, and soft ground under it (rad).
+    /// Largest rotation about this edge by a ramp on the machine's way and by soft ground under it (rad).
     pub(super) by_ground: f64,
 }
 
@@ -70,12 +71,12 @@ impl Claim {
         self.in_sigmas(self.angle)
     }
 
-    /// What neither ramp nor soft ground explains of the rotation, in standard deviations.
+    /// Returns the part of the rotation that neither ramp nor soft ground explains, in standard deviations.
     pub(super) fn sigmas_beyond_ground(&self) -> f64 {
         self.in_sigmas(self.beyond_ground())
     }
 
-    /// What neither ramp nor soft ground explains of the rotation (rad).
+    /// Returns the part of the rotation that neither ramp nor soft ground explains (rad).
     pub(super) fn beyond_ground(&self) -> f64 {
         (self.angle - self.by_ground).max(0.0)
     }
@@ -88,16 +89,16 @@ impl Claim {
     }
 }
 
-/// What a step of a reference depends on.
+/// Inputs of a step of a reference.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Step {
     pub(super) now_ns: i64,
     pub(super) dt: f64,
-    /// The up direction of the source, its standard deviation (rad), and how fast it turns (rad/s).
+    /// The up direction of the source, its standard deviation (rad), and its rate of rotation (rad/s).
     pub(super) up: Vector3<f64>,
     pub(super) sigma: f64,
     pub(super) rate: f64,
-    /// How fast the machine travels (m/s).
+    /// Speed of the machine (m/s).
     pub(super) speed: f64,
     /// Whether the platform is quiet on standing wheels by this source.
     pub(super) is_quiet: bool,
@@ -200,7 +201,7 @@ impl Reference {
         };
     }
 
-    /// Whether there was no reference when the platform left it: the log or the session began in this.
+    /// Whether the reference is only assumed: the log or the session began after the platform had left it.
     pub(super) fn is_assumed(&self) -> bool {
         self.assumed > 0.25 * FIRST_SLOPE * FIRST_SLOPE
     }
@@ -221,8 +222,9 @@ impl Reference {
         Some(up.cross(direction).norm().atan2(up.dot(direction)))
     }
 
-    /// How far ramps and slopes on a distance, or a step, and soft ground since it had settled so far, turn a machine about an edge (rad).
-    /// All wheels on one side of it may drive onto a ramp while the others do not.
+    /// Returns the largest rotation of a machine about an edge (rad) by ramps and slopes on the distance travelled (m), or by a
+    /// step, and by soft ground since it had turned the machine by `settled` (rad). All wheels on one side of the edge may drive
+    /// onto a ramp while the others do not.
     pub(super) fn by_ground(
         &self,
         travelled: f64,
@@ -236,7 +238,7 @@ impl Reference {
         by_slope.max(by_step) + (self.settled - settled).max(0.0)
     }
 
-    /// How far soft ground can have turned the machine while it stood (rad).
+    /// Returns the largest rotation of the machine by soft ground while it stood (rad).
     pub(super) fn settled(&self) -> f64 {
         self.settled
     }
@@ -282,8 +284,8 @@ fn ground_variance(distance: f64, length: f64) -> f64 {
     GROUND * GROUND * (1.0 - decay.exp())
 }
 
-/// How far a machine can have driven onto or off a ramp on a distance, about the edges across its way (rad). One axle climbs
-/// while the other is still on the ground before it:
+/// Returns the largest rotation of a machine by a ramp (rad) that it has driven onto or off on a distance (m), about the edges
+/// across its way. One axle climbs while the other is still on the ground before the ramp:
 ///
 /// ```text
 ///     sin(angle) = min(distance, length) sin(ramp) / length

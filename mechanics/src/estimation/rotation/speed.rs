@@ -1,4 +1,4 @@
-//! How fast the machine travels, for what the ground under it may have become.
+//! Speed of the machine, by which the ground under it may have changed.
 
 use nalgebra::Vector2;
 
@@ -13,7 +13,7 @@ const UNKNOWN: f64 = 2.0;
 /// The speed by odometry and wheels.
 #[derive(Debug, Clone)]
 pub(super) struct Speed {
-    /// By stream of joint states: the wheels in it.
+    /// Wheels of each stream of joint states.
     streams: Vec<Vec<SpunWheel>>,
     max_gap_ns: i64,
     by_wheels: Option<(i64, f64)>,
@@ -83,8 +83,8 @@ impl Speed {
         self.fastest(now_ns, [self.by_wheels, by_odometry])
     }
 
-    /// How fast the wheels roll at a time (m/s) where the platform has `moved` over them by its rotation along x and y (m/s): an odometry
-    /// shows all of that motion, or, by the wheels, none of it.
+    /// Returns the rolling speed of the wheels at a time (m/s), where the rotation of the platform has `moved` it over them along
+    /// x and y (m/s): an odometry measures all of that motion, or, by the wheels, none of it.
     pub(super) fn rolling(&self, now_ns: i64, moved: &Vector2<f64>) -> f64 {
         let by_wheels = self
             .by_wheels
@@ -103,7 +103,7 @@ impl Speed {
         Some(if fastest < STANDING { 0.0 } else { fastest })
     }
 
-    /// The same, and a usual speed where nothing measures it.
+    /// Returns the speed (m/s), or a usual speed where nothing measures it.
     pub(super) fn assumed(speed: Option<f64>) -> f64 {
         speed.unwrap_or(UNKNOWN)
     }

@@ -29,19 +29,19 @@ impl RotationWitness {
         matches!(self, Self::GyroNotAttitude | Self::AttitudeNotGyro)
     }
 
-    /// Whether it is the angular velocity that the numbers of a rotation come from.
+    /// Whether the numbers of the rotation come from the angular velocity.
     #[must_use]
     pub fn is_by_gyro(self) -> bool {
         matches!(self, Self::Both | Self::GyroAlone | Self::GyroNotAttitude)
     }
 
-    /// Whether both show it, whichever edge it is about.
+    /// Whether angular velocity and attitude both show a rotation, about the same edge or not.
     #[must_use]
     pub fn is_both(self) -> bool {
         matches!(self, Self::Both | Self::OtherEdges)
     }
 
-    /// Probability that the sensors that show it do not err together.
+    /// Returns the probability that the sensors that show a rotation do not err together.
     pub(super) fn soundness(self) -> f64 {
         match self {
             Self::Both => 0.9999,
@@ -56,36 +56,36 @@ impl RotationWitness {
 pub struct RotationSpell {
     /// Index of the edge, see [`PlatformRotation::edge_name`](super::PlatformRotation::edge_name).
     pub edge: usize,
-    /// The edge that the angular velocity shows, of [`RotationWitness::OtherEdges`]: it is about one of both.
+    /// The edge by the angular velocity, for [`RotationWitness::OtherEdges`]: the rotation is about one of both edges.
     pub other_edge: Option<usize>,
-    /// When the platform left what its reference follows (ns).
+    /// Stamp at which the rotation exceeded what the reference follows (ns).
     pub left_ns: i64,
-    /// When the rotation became certain (ns).
+    /// Stamp at which the rotation became certain (ns).
     pub certain_ns: i64,
     /// Rotation outwards from the reference at the last sample (rad).
     pub angle: f64,
-    /// How fast it grows (rad/s).
+    /// Rate at which the rotation grows (rad/s).
     pub rate: f64,
-    /// The largest so far (rad), and when (ns).
+    /// Largest rotation so far (rad).
     pub largest: f64,
-    /// When it was largest (ns).
+    /// Stamp of the largest rotation (ns).
     pub largest_ns: i64,
-    /// Standard deviation of what tyres, ground and sensor explain of it (rad).
+    /// Standard deviation of the rotation that tyres, ground and sensor explain (rad).
     pub sigma: f64,
-    /// How far a ramp and soft ground can have turned the machine about the edge until the rotation was certain (rad).
+    /// Largest rotation about the edge by a ramp and soft ground until the rotation was certain (rad).
     pub by_ground: f64,
-    /// Which measurement shows it.
+    /// The measurement that shows the rotation.
     pub witness: RotationWitness,
     /// Probability that the platform rotates about the edge, and not the ground under it or the sensor.
     pub certainty: f64,
-    /// Since when the platform has rested on its side (ns).
+    /// Stamp since which the platform has rested on its side (ns).
     pub at_rest_ns: Option<i64>,
-    /// Since when the platform has rested between its wheels and its side (ns). Gravity does not let it: the ground gave way
-    /// under it, or something props it.
+    /// Stamp since which the platform has rested between its wheels and its side (ns). Gravity does not let it: the ground gave
+    /// way under it, or something props it.
     pub rested_ns: Option<i64>,
-    /// Whether the log or the session began while the platform rotated: when it began to is unknown.
+    /// Whether the log or the session began while the platform rotated: the start of the rotation is unknown then.
     pub is_from_start: bool,
-    /// Time of the last sample that shows it (ns).
+    /// Stamp of the last sample that shows the rotation (ns).
     pub last_ns: i64,
 }
 

@@ -1,4 +1,4 @@
-//! How measured joints of a suspension lean the platform.
+//! Lean of the platform by the measured joints of a suspension.
 //!
 //! The plane through the wheels' centres, `z = s0 + s1 x + s2 y` above their places at zero posture, leans the platform
 //! by `(-s2, s1)`.
@@ -17,9 +17,9 @@ const MOVES: f64 = 1e-6;
 /// The plane of the wheels.
 #[derive(Debug, Clone)]
 pub(super) struct SuspensionPlane {
-    /// In the heap: the estimator is moved by value, and this is most of it.
+    /// The machine, in the heap: the estimator is moved by value, and this is most of it.
     machine: Box<Machine>,
-    /// By stream of joint states, its joints; none where no joint in it moves a wheel up or down.
+    /// Joints of each stream of joint states; none where no joint in it moves a wheel up or down.
     streams: Vec<Vec<usize>>,
     state: State<f64>,
     coordinates: Vec<Coordinate<f64>>,
@@ -84,7 +84,7 @@ impl SuspensionPlane {
         (plane.is_known.iter().any(|known| !known)).then_some(plane)
     }
 
-    /// Takes joint states; returns by how much they turn the platform, about x and y (rad).
+    /// Takes joint states; returns the rotation of the platform by them, about x and y (rad).
     pub(super) fn take(&mut self, sample: &Sample<'_>) -> Option<Vector2<f64>> {
         let Sensor::Joints(stream) = sample.sensor else {
             return None;

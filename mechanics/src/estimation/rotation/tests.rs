@@ -14,7 +14,7 @@ use crate::state::{JointStream, Sample, Sensor, Sensors};
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 const GRAVITY: f64 = 9.8066;
 const PERIOD_NS: i64 = 8_000_000;
-/// How high the base of the machine is over the ground (m).
+/// Height of the machine's base above the ground (m).
 const BASE_HEIGHT: f64 = 0.45;
 
 fn machine() -> Machine {
@@ -61,10 +61,10 @@ fn turning(time_s: f64, pose: &dyn Fn(f64) -> Pose) -> Vector3<f64> {
 /// The ten values of an IMU.
 type Values = [f64; 10];
 
-/// What is wrong with an IMU, with its name.
+/// An error of an IMU: its name, and the edit of a sample at a time (s).
 type NamedEdit<'a> = (&'a str, &'a dyn Fn(f64, &mut Values));
 
-/// A motion of so many seconds, and what is wrong with its IMU.
+/// A motion of so many seconds, with the errors of its IMU.
 struct Run<'a> {
     seconds: f64,
     pose: &'a dyn Fn(f64) -> Pose,
@@ -76,9 +76,9 @@ struct Run<'a> {
 #[derive(Debug, Default)]
 struct Seen {
     spells: Vec<(String, RotationSpell)>,
-    /// Seconds after the first sample at which each began, and the last one that stands at the end.
+    /// Whether the last spell still stands at the end.
     is_open: bool,
-    /// When the platform fell first (s).
+    /// Time at which the platform first counted as falling (s).
     falls_s: Option<f64>,
 }
 
@@ -108,7 +108,7 @@ fn imu_and_odometry() -> Sensors {
 }
 
 impl<'a> Run<'a> {
-    /// One with a sound IMU.
+    /// Creates a run with a sound IMU.
     fn sound(seconds: f64, pose: &'a dyn Fn(f64) -> Pose) -> Self {
         Self {
             seconds,
@@ -196,8 +196,8 @@ impl<'a> Run<'a> {
 const SOUND: &dyn Fn(f64, &mut Values) = &|_, _| {};
 const NO_GAP: [f64; 2] = [f64::MAX; 2];
 
-/// A fall to the right from `from_s` on that begins with so many degrees per second, up to 48 degrees, where the machine lies.
-/// The specific force of a falling platform hardly turns.
+/// Returns a fall to the right from `from_s` on that begins with `first_rate` (degrees per second), up to 48 degrees, where the
+/// machine lies. The specific force of a falling platform hardly turns.
 fn fall(from_s: f64, first_rate: f64) -> impl Fn(f64) -> Pose {
     move |time_s| {
         let s = (time_s - from_s).max(0.0);
@@ -240,7 +240,8 @@ fn smooth(time_s: f64, from_s: f64, to_s: f64) -> f64 {
     s * s * (3.0 - 2.0 * s)
 }
 
-/// As far as half the weight on one side of a machine of four equal wheels presses the tyres of that side in, to either side.
+/// The tyres of one side of a machine with four equal wheels let it turn as far as half the weight presses them in, to either
+/// side.
 #[test]
 fn tyres_let_a_machine_turn_by_what_presses_them_in() {
     for (tyres, stiffness) in [("8.0e5", 8.0e5), ("1.6e5", 1.6e5)] {
@@ -330,7 +331,8 @@ fn a_machine_that_stands_falls_from_where_tyres_and_ground_explain_it_no_longer(
     }
 }
 
-/// Nor does it for a machine whose wheels creep, held by their drives on a slope: what ramps and steps on so short a way can do is known.
+/// Wheels that creep, held by their drives on a slope, delay nothing either: the rotation by ramps and steps on so short a way is
+/// known.
 #[test]
 fn a_fall_on_wheels_that_creep_is_an_alarm_before_it_is_certain() {
     for (edge, speed) in [("front", 0.12), ("front", 0.2), ("right", 0.12)] {
@@ -367,7 +369,7 @@ fn a_fall_on_wheels_that_creep_is_an_alarm_before_it_is_certain() {
     }
 }
 
-/// What moves its base, and what it stood on before, do not delay it.
+/// Motion of the base in a fall, and the slope before it, do not delay the detection.
 #[test]
 fn neither_the_motion_of_a_fall_nor_a_slope_at_the_start_hides_it() {
     let falls = fall(4.0, 2.0);
@@ -403,7 +405,7 @@ fn coming_down_is_no_fall_to_the_other_side() {
     assert!(seen.falls_s.is_none(), "{seen:?}");
 }
 
-/// Measured joints of a suspension tell what it turns: only the rest is a fall.
+/// Measured joints of a suspension show the rotation by it: only the rest is a fall.
 #[test]
 fn a_suspension_neither_hides_a_fall_nor_is_one() {
     let names = [
@@ -615,7 +617,7 @@ fn a_fall_about_another_edge_by_each_sensor_is_one_fall() {
     }
 }
 
-/// What the other source shows may come later, and the edge that each shows may become that of the other.
+/// The rotation by the other source may come later, and the edge by each source may become that by the other.
 #[test]
 fn two_edges_stay_two_and_the_sigma_is_that_of_the_witness() {
     // over the right edge, and then farther over the front edge
@@ -682,7 +684,7 @@ fn two_edges_stay_two_and_the_sigma_is_that_of_the_witness() {
     }
 }
 
-/// What nobody measures is not known.
+/// A fall is known only while gyro or attitude is measured.
 #[test]
 fn a_fall_is_known_as_long_as_it_is_measured() {
     let fall = fall(4.0, 2.0);
@@ -958,7 +960,7 @@ fn motions_on_all_wheels_do_not_count() {
     }
 }
 
-/// How far a wheel that has rolled so far against a kerb is up (m), or down from one.
+/// Returns the height of a wheel (m) that has rolled so far on to a kerb, or down from one (m).
 fn climbed(rolled: f64, height: f64, is_down: bool) -> f64 {
     let radius = 0.35_f64;
     let along = (2.0 * radius * height - height * height).sqrt();
@@ -969,8 +971,8 @@ fn climbed(rolled: f64, height: f64, is_down: bool) -> f64 {
     }
 }
 
-/// The platform on four equal springs, while some of its wheels drive onto a kerb, or off it: by how much each wheel is later than the
-/// first one, along the way (m).
+/// Returns the poses over time of the platform on four equal springs, while some of its wheels drive onto a kerb, or off it.
+/// `later` is the distance along the way by which each wheel is later than the first one (m).
 fn over_kerb(
     height: f64,
     is_down: bool,

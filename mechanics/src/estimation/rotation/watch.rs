@@ -13,12 +13,13 @@ use super::suspension::SuspensionPlane;
 use crate::machine::Machine;
 use crate::state::{Sample, Sensor, Sensors};
 
-/// A rotation of so many standard deviations is certain.
+/// Standard deviations from which a rotation is certain.
 const CERTAIN: f64 = 3.3;
-/// For so many samples, and for so long (ns).
+/// Samples for which a rotation must last to be certain, and time (ns).
 const SAMPLES: u32 = 3;
 const LASTING_NS: i64 = 30_000_000;
-/// What turned outwards unexplained falls for so long (ns): a fall that rolls its wheels, or hits something, is certain later.
+/// Time for which a platform counts as falling after an unexplained outward rotation (ns): a fall that rolls its wheels, or hits
+/// something, is certain later.
 const STANDS_NS: i64 = 1_000_000_000;
 /// Slower than this soft ground may give way (rad/s).
 const FALLS: f64 = 2.5 * DEGREE;
@@ -29,20 +30,21 @@ const SUPPORTS: f64 = 0.15;
 const LEAST_SUPPORT: [f64; 2] = [2.0 * DEGREE, 12.0 * DEGREE];
 /// Share of gravity by which the specific force of a machine on its wheels may differ from it.
 const STEADY_WEIGHT: f64 = 0.04;
-/// A platform is back at less than so many standard deviations, at less than this rate (rad/s), for so long (s).
+/// Largest rotation of a platform that is back (standard deviations), its largest rate (rad/s), and the time for which it stays
+/// so (s).
 const BACK: f64 = 1.0;
 const BACK_RATE: f64 = 5.0 * DEGREE;
 const BACK_S: f64 = 0.5;
-/// A platform that drives on so many of its lengths at less than this rotation (rad) stands on its wheels.
+/// Lengths of the machine after which a platform that drives on stands on its wheels, and its largest rotation meanwhile (rad).
 const DRIVEN_LENGTHS: f64 = 5.0;
 const DRIVEN: f64 = 30.0 * DEGREE;
-/// A platform at rest on its side: rate (rad/s), for so long (ns).
+/// Largest rate of a platform at rest on its side (rad/s), and shortest duration (ns).
 const REST_RATE: f64 = 3.0 * DEGREE;
 const REST_NS: i64 = 200_000_000;
 /// Rotation from which a platform at rest lies on its side (rad).
 const ON_SIDE: f64 = 40.0 * DEGREE;
-/// A platform rests at an angle that it keeps within this (rad) for so long (ns). Of one that balances on an edge the angle
-/// from the balance grows by exp(t sqrt(g / height)): after this time, to more than twenty times what it was.
+/// Largest change of the angle of a platform at rest (rad), and shortest duration (ns). The angle of a platform that balances on
+/// an edge grows from the balance by exp(t sqrt(g / height)): after this time, to more than twenty times the first one.
 const KEPT: f64 = 0.3 * DEGREE;
 const KEPT_NS: i64 = 1_500_000_000;
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
@@ -61,21 +63,21 @@ pub struct PlatformRotation {
     attitude: UpByAttitude,
     pub(super) by_gyro: Source,
     pub(super) by_attitude: Source,
-    /// How the platform turns outwards by gyro and by attitude.
+    /// Outward rotation of the platform by the gyro and by the attitude.
     outward: [Outward; 2],
-    /// For how many samples neither tyres nor ground have explained that.
+    /// Number of samples in a row in which neither tyres nor ground explain the outward rotation.
     unexplained: u32,
-    /// When they last did not, for several samples (ns).
+    /// Stamp of the last of several such samples in a row (ns).
     unexplained_ns: Option<i64>,
     max_gap_ns: i64,
     last_ns: Option<i64>,
     last_speed: f64,
     spell: Option<RotationSpell>,
     ended: Option<RotationSpell>,
-    /// How long the platform has been back, or has rested (s, ns).
+    /// Time for which the platform has been back (s), and the stamp since which it has rested (ns).
     back_s: f64,
     still_ns: Option<i64>,
-    /// An angle (rad), and since when the platform has kept it (ns).
+    /// An angle (rad), and the stamp since which the platform has kept it (ns).
     kept: (f64, i64),
     driven: f64,
 }
@@ -85,7 +87,7 @@ pub struct PlatformRotation {
 pub(super) struct Source {
     pub(super) reference: Reference,
     last: Option<Shown>,
-    /// For how many samples, and since when, it has claimed a rotation.
+    /// Number of samples for which the source has claimed a rotation, and the stamp of the first (ns).
     claimed: Option<(u32, i64)>,
 }
 
@@ -153,13 +155,14 @@ impl PlatformRotation {
         (self.edges.all.get(edge)).map_or_else(Vector3::zeros, |edge| edge.axis)
     }
 
-    /// How far the tyres let the platform turn about an edge, from one side to the other (rad).
+    /// Returns the rotation about an edge that the tyres allow, from the largest lean to one side to that to the other (rad);
+    /// zero for an unknown edge.
     #[must_use]
     pub fn turn_on_tyres(&self, edge: usize) -> f64 {
         (self.edges.all.get(edge)).map_or(0.0, |edge| TRAVELS * edge.lean_on_tyres)
     }
 
-    /// How the platform turns outwards about its edges, as gyro or attitude showed it at this stamp.
+    /// Returns the outward rotations of the platform about its edges, by the gyro, or else the attitude, at this stamp.
     pub fn outward_turns(&self, stamp_ns: i64) -> impl Iterator<Item = OutwardTurn> + '_ {
         self.turns_in(self.shown_at(stamp_ns))
     }
@@ -177,9 +180,9 @@ impl PlatformRotation {
         })
     }
 
-    /// Whether the platform rotates about an edge for certain, or turns outwards as neither tyres nor suspension nor the ground on the way
-    /// that its wheels have rolled explain, or did shortly before: it falls. What neither gyro nor attitude has measured for longer than the longest gap
-    /// that is bridged is not known.
+    /// Whether the platform falls: it rotates about an edge for certain, or turns outwards, or did shortly before, farther than
+    /// tyres, suspension and the ground on the way of its wheels explain. False where neither gyro nor attitude has been measured
+    /// for longer than the longest gap that is bridged.
     #[must_use]
     pub fn falls(&self, now_ns: i64) -> bool {
         let stands = |at_ns: i64| now_ns.saturating_sub(at_ns) < STANDS_NS;
@@ -192,7 +195,8 @@ impl PlatformRotation {
         }
     }
 
-    /// What gyro and attitude show, as far as they were measured at this stamp.
+    /// Returns attitude and motion of the platform by the gyro and by the attitude; `None` for a source that was not measured at
+    /// this stamp.
     #[must_use]
     pub fn shown_at(&self, stamp_ns: i64) -> [Option<ShownUp>; 2] {
         let of = |source: &Source| {
@@ -326,7 +330,7 @@ impl PlatformRotation {
         }
     }
 
-    /// What lies under the machine after a gap is as unknown as how far it travelled in it.
+    /// Skips a gap: the ground under the machine is as unknown after it as the distance travelled in it.
     fn skip_gap(&mut self, now_ns: i64, speed: f64) {
         let last_ns = self.last_ns.replace(now_ns);
         let speed = std::mem::replace(&mut self.last_speed, speed).max(speed);
@@ -355,8 +359,8 @@ impl PlatformRotation {
         Some((source, shown))
     }
 
-    /// Whether it is the gyro that shows how a spell goes on, and what it shows: its witness, or the other where both had shown it and the
-    /// witness is silent.
+    /// Returns the source that a spell is followed by (true: the gyro) and its measurement: that of the witness, or the other
+    /// source where both had shown the rotation and the witness is silent.
     fn source_of(&self, spell: &RotationSpell, now_ns: i64) -> Option<(bool, &Source, Shown)> {
         let is_gyro = spell.witness.is_by_gyro();
         let of = |is_gyro| {
@@ -415,7 +419,7 @@ impl PlatformRotation {
         self.kept = (claim.angle, now_ns);
     }
 
-    /// What shows the claim of a source; `None` if the other source and the specific force refute it.
+    /// Returns the witness of a source's claim; `None` if the other source and the specific force refute the claim.
     fn witness(&self, is_gyro: bool, now_ns: i64, speed: Option<f64>) -> Option<RotationWitness> {
         use RotationWitness::{
             AttitudeAlone, AttitudeNotGyro, Both, GyroAlone, GyroNotAttitude, OtherEdges,
@@ -469,7 +473,8 @@ impl PlatformRotation {
             .then_some(edge)
     }
 
-    /// Whether the specific force stays where it is on the wheels: that of a falling machine does not, whichever way it goes.
+    /// Whether the specific force stays where it is on a machine on its wheels: in a falling machine it turns or changes its
+    /// length, whichever way the machine falls.
     fn is_force_steady(&self, claim: &Claim, source: &Source) -> bool {
         let Some(share) = self.gyro.weight_share() else {
             return false;

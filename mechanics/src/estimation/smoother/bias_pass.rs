@@ -79,7 +79,7 @@ impl Batch {
 /// Samples in stamp order, and how they are to be treated.
 struct JudgedSamples<'s, S> {
     samples: ByStamp<'s, S>,
-    /// By sensor: its faults, and the stamp of its last sample.
+    /// Faults of each sensor, and the stamp of its last sample.
     walks: Vec<(SpanWalk<'s>, Option<i64>)>,
 }
 

@@ -13,12 +13,14 @@ use crate::estimation::followed::Followed;
 use crate::estimation::kalman_filter::KalmanFilter;
 use crate::estimation::plausibility::{FaultSpan, SpanWalk};
 use crate::estimation::reading::Reading;
-use crate::estimation::rows::{RowClock, regular_index, regular_row, regular_stamp};
+use crate::estimation::rows::{
+    EstimatedStates, RowClock, regular_index, regular_row, regular_stamp,
+};
 use crate::estimation::shown_noise::ShownNoise;
 use crate::estimation::state_builder::{Filters, StateBuilder};
 use crate::estimation::white_jerk::{Channel, seconds};
 use crate::machine::{Machine, SessionProofs};
-use crate::state::{Reasons, Sensor, Sensors, State, StateColumns, StreamCounts};
+use crate::state::{Sensor, Sensors, State, StreamCounts};
 
 /// A usual number of rows in a block.
 pub const ROWS_PER_BLOCK: usize = 1024;
@@ -34,7 +36,7 @@ const USUAL_STEPS_AFTER: usize = 128;
 pub struct BlockSmoother<S> {
     sensors: Sensors,
     samples: Vec<SortedSamples<S>>,
-    /// In the order of `samples`.
+    /// Filters of each sensor, in the order of `samples`.
     tracks: Vec<Track>,
     bias: BiasHistory,
     faults: Vec<FaultSpan>,
@@ -45,29 +47,6 @@ pub struct BlockSmoother<S> {
     max_gap_ns: i64,
     /// Memory that no worker uses at the moment.
     idle: Mutex<Vec<Bench>>,
-}
-
-/// Estimates of consecutive rows.
-#[derive(Debug, Clone)]
-pub struct SmoothedBlock {
-    /// Row times (ns).
-    pub times_ns: Vec<i64>,
-    /// The states; NaN where a gap leaves them unknown.
-    pub states: StateColumns,
-    /// Why rows are invalid, as far as the signals show.
-    pub reasons: Vec<Reasons>,
-}
-
-impl SmoothedBlock {
-    /// A block without rows.
-    #[must_use]
-    pub fn empty(machine: &Machine) -> Self {
-        Self {
-            times_ns: Vec::new(),
-            states: StateColumns::unknown(machine, 0),
-            reasons: Vec::new(),
-        }
-    }
 }
 
 impl<S: SampleSource> BlockSmoother<S> {
@@ -167,7 +146,7 @@ impl<S: SampleSource> BlockSmoother<S> {
         &self.faults
     }
 
-    /// What the whole recording has shown of the sensors.
+    /// Proofs and doubts about the sensors by the whole recording.
     #[must_use]
     pub fn shown(&self) -> SessionProofs {
         self.shown
@@ -201,11 +180,11 @@ pub struct BlockWorker<'b, S> {
     machine: &'b Machine,
 }
 
-/// What it takes to smooth a block.
+/// Reusable memory for smoothing a block.
 #[derive(Debug)]
 struct Bench {
     filters: Filters,
-    /// By sensor.
+    /// Memory for the samples of each sensor.
     chunks: Vec<Chunk>,
     state_builder: StateBuilder,
     state: State<f64>,
@@ -216,16 +195,13 @@ impl<S: SampleSource> BlockWorker<'_, S> {
     ///
     /// # Errors
     /// Samples cannot be read.
-    pub fn smooth(&mut self, block: usize, into: &mut SmoothedBlock) -> Result<(), S::Error> {
+    pub fn smooth(&mut self, block: usize, into: &mut EstimatedStates) -> Result<(), S::Error> {
         let times_ns = &self.smoother.times_ns[self.smoother.rows(block)];
-        into.times_ns.clear();
-        into.times_ns.extend_from_slice(times_ns);
         into.states.resize(times_ns.len());
         into.reasons.clear();
-        let &[start_ns, ..] = times_ns else {
+        let Some(&end_ns) = times_ns.last() else {
             return Ok(());
         };
-        let end_ns = times_ns.last().copied().unwrap_or(start_ns);
         let (smoother, machine) = (self.smoother, self.machine);
         let idle = smoother.idle().pop();
         let mut bench = idle.unwrap_or_else(|| Bench::new(machine, smoother));
@@ -235,7 +211,7 @@ impl<S: SampleSource> BlockWorker<'_, S> {
             for (_, filter) in &mut bench.filters.list {
                 filter.smooth();
             }
-            bench.fill(smoother, machine, start_ns, into);
+            bench.fill(smoother, machine, times_ns, into);
         }
         smoother.idle().push(bench);
         filtered
@@ -301,9 +277,12 @@ impl Bench {
         &mut self,
         smoother: &BlockSmoother<S>,
         machine: &Machine,
-        start_ns: i64,
-        into: &mut SmoothedBlock,
+        times_ns: &[i64],
+        into: &mut EstimatedStates,
     ) {
+        let &[start_ns, ..] = times_ns else {
+            return;
+        };
         let mut readers: Vec<(Followed, HistoryReader<'_>)> = (self.filters.list.iter())
             .filter_map(|(followed, filter)| {
                 let last_ns = filter.last_ns();
@@ -319,7 +298,7 @@ impl Bench {
         let first_ns = smoother.times_ns.first().copied().unwrap_or(start_ns);
         let hold_ns =
             (machine.is_quasi_static()).then(|| (machine.quasi_static().hold * 1e9) as i64);
-        for (row, &time_ns) in into.times_ns.iter().enumerate() {
+        for (row, &time_ns) in times_ns.iter().enumerate() {
             let mut read = |followed: Followed, channels: &mut [Channel]| {
                 let mut readers = readers.iter_mut();
                 match readers.find(|(f, _)| *f == followed) {
@@ -346,8 +325,8 @@ impl Bench {
     }
 }
 
-/// What a static row takes of a filter. The force of an actuator belongs to the accelerations of its own moment, and is
-/// not held.
+/// Reads a filter's estimate for a static row, held from the last sample for up to `hold_ns`. The force of an actuator is not
+/// held: it belongs to the accelerations of its own moment.
 fn read_or_hold(
     reader: &mut HistoryReader<'_>,
     followed: Followed,

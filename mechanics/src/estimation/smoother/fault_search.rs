@@ -18,11 +18,11 @@ use crate::state::{Sample, Sensor, Sensors};
 /// Samples of a batch: some milliseconds of work, beside which it costs little to wake a thread.
 const BATCH: usize = 2048;
 
-/// What the search found.
+/// Result of the search for faults.
 pub(super) struct Searched {
     /// Implausible spans, sorted by start.
     pub(super) faults: Vec<FaultSpan>,
-    /// What the whole log has shown of the sensors.
+    /// Proofs and doubts about the sensors by the whole log.
     pub(super) shown: SessionProofs,
     /// The probability that each joint of the arm has the other sign.
     pub(super) reversed: Vec<(usize, f64)>,
@@ -141,7 +141,7 @@ impl<S: SampleSource> CheckedSamples<'_, S> {
     }
 }
 
-/// The relations between the samples of all sensors, and what was found so far.
+/// The relations between the samples of all sensors, and the faults found so far.
 struct ComparedSamples<'f> {
     relations: Relations,
     spans: FaultSpans,

@@ -25,7 +25,7 @@ pub(super) struct Track {
     faults: Vec<FaultSpan>,
     pub(super) measures_tilt: bool,
     pub(super) shown_noise: Vec<ShownNoise>,
-    /// By block.
+    /// State of the filters at the start of each block.
     pub(super) starts: Vec<Start>,
     /// Stamp of the last sample that each of its filters used.
     last_ns: Vec<(Followed, Option<i64>)>,
@@ -47,7 +47,7 @@ impl Track {
         SpanWalk::new(spans.filter(move |span| span.end_ns >= stamp_ns))
     }
 
-    /// Whether a filter uses samples after this stamp.
+    /// Whether a filter has used samples after this stamp.
     pub(super) fn goes_on(&self, followed: Followed, after_ns: Option<i64>) -> bool {
         let mut filters = self.last_ns.iter();
         let last = filters.find(|(f, _)| *f == followed);
@@ -55,20 +55,20 @@ impl Track {
     }
 }
 
-/// What the forward pass found.
+/// Result of the forward pass.
 pub(super) struct Forward {
     /// Implausible spans, sorted by start.
     pub(super) faults: Vec<FaultSpan>,
-    /// What the signals have shown.
+    /// Proofs and doubts about the sensors by the whole log.
     pub(super) shown: SessionProofs,
     /// The probability that each joint of the arm has the other sign.
     pub(super) reversed: Vec<(usize, f64)>,
     pub(super) bias: BiasHistory,
-    /// By sensor.
+    /// Filters of each sensor over the whole log.
     pub(super) tracks: Vec<Track>,
 }
 
-/// What the passes read.
+/// Inputs of the passes.
 pub(super) struct Passes<'p, S> {
     pub(super) machine: &'p Machine,
     pub(super) sensors: &'p Sensors,
@@ -80,8 +80,8 @@ pub(super) struct Passes<'p, S> {
 impl<S: SampleSource> Passes<'_, S> {
     /// Finds implausible spans and the bias, and follows each sensor to where the blocks start. `run` runs passes.
     ///
-    /// How a sample is treated depends on faults that may be found much later. All sensors are followed at the same
-    /// time as faults are looked for, as if there were none, and those that have some once more.
+    /// The treatment of a sample depends on faults that may be found much later. While faults are looked for, all sensors are
+    /// followed as if there were none, and then those with faults once more.
     pub(super) fn run(&self, run: Run<'_>) -> Result<Forward, S::Error> {
         let faulty: Vec<AtomicBool> = self.samples.iter().map(|_| AtomicBool::default()).collect();
         let is_faulty = |sensor: usize| faulty[sensor].load(Ordering::Relaxed);

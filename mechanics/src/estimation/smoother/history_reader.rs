@@ -25,8 +25,8 @@ impl<'a> HistoryReader<'a> {
         }
     }
 
-    /// Between two samples of one segment, the expected state is the quintic through both; beyond either end,
-    /// for up to half the longest gap, the Taylor series at that end.
+    /// Reads the estimates at a time. Between two samples of one segment, the expected state is the quintic through both; beyond
+    /// either end, for up to half the longest gap, the Taylor series at that end.
     pub(super) fn read(&mut self, time_ns: i64, channels: &mut [Channel]) -> Reading {
         let stamps = self.history.stamps_ns();
         while self.next < stamps.len() && stamps[self.next] <= time_ns {
@@ -70,7 +70,8 @@ impl<'a> HistoryReader<'a> {
 }
 
 impl HistoryReader<'_> {
-    /// The same, but where samples are too far apart to show motion, the last one up to `hold_ns` ago is held at rest.
+    /// Reads the estimates at a time; where samples are too far apart to show motion, the last one up to `hold_ns` ago is held at
+    /// rest.
     pub(super) fn read_or_hold(
         &mut self,
         time_ns: i64,

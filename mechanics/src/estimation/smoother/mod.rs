@@ -14,7 +14,7 @@ mod sorted_samples;
 mod source;
 mod whole;
 
-pub use block::{BlockSmoother, BlockWorker, ROWS_PER_BLOCK, SmoothedBlock};
+pub use block::{BlockSmoother, BlockWorker, ROWS_PER_BLOCK};
 pub use pass::Pass;
 pub use sorted_samples::visit_by_stamp;
 pub(super) use sorted_samples::{Chunk, SortedSamples};

@@ -123,7 +123,7 @@ impl<S: SampleSource> SortedSamples<S> {
 pub(in crate::estimation) struct ByStamp<'s, S> {
     sensors: Vec<&'s SortedSamples<S>>,
     chunks: Vec<Chunk>,
-    /// By sensor: the next sample, and its stamp.
+    /// Next sample of each sensor, and its stamp (ns).
     next: Vec<(usize, Option<i64>)>,
 }
 

@@ -7,10 +7,10 @@ use crate::state::Sensor;
 
 /// All samples of one sensor, wherever they are kept.
 pub trait SampleSource: Sync {
-    /// Why samples could not be read.
+    /// Error of reading samples.
     type Error: Send;
 
-    /// Which sensor.
+    /// The sensor.
     fn sensor(&self) -> Sensor;
 
     /// Stamps of all samples (ns), in any order.
@@ -27,7 +27,7 @@ pub trait SampleSource: Sync {
 /// All samples of one sensor, in memory.
 #[derive(Debug, Clone, Copy)]
 pub struct SensorSamples<'a> {
-    /// Which sensor.
+    /// The sensor.
     pub sensor: Sensor,
     /// Stamps (ns), in any order.
     pub stamps_ns: &'a [i64],

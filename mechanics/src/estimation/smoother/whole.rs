@@ -1,21 +1,19 @@
 //! The smoother for a recording that fits in memory.
 
-use super::block::{BlockSmoother, ROWS_PER_BLOCK, SmoothedBlock};
+use super::block::{BlockSmoother, ROWS_PER_BLOCK};
 use super::source::SensorSamples;
 use crate::estimation::plausibility::FaultSpan;
-use crate::estimation::rows::RowClock;
+use crate::estimation::rows::{EstimatedStates, RowClock};
 use crate::machine::Machine;
-use crate::state::{Reasons, Sensor, Sensors, StateColumns, StreamCounts};
+use crate::state::{Sensor, Sensors, StreamCounts};
 
 /// Estimates of all rows.
 #[derive(Debug, Clone)]
 pub struct SmoothedRows {
     /// Row times (ns).
     pub times_ns: Vec<i64>,
-    /// The states; NaN where a gap leaves them unknown.
-    pub states: StateColumns,
-    /// Why rows are invalid, as far as the signals show.
-    pub reasons: Vec<Reasons>,
+    /// The states of all rows.
+    pub estimated: EstimatedStates,
     /// Number of samples used and not used, by sensor.
     pub counts: Vec<(Sensor, StreamCounts)>,
     /// Implausible spans of the signals, sorted by start.
@@ -39,20 +37,17 @@ pub fn smooth(
         ROWS_PER_BLOCK,
         &|passes| passes.into_iter().for_each(|pass| pass()),
     );
-    let times_ns = smoother.row_times_ns().to_vec();
     let mut rows = SmoothedRows {
-        states: StateColumns::with_capacity(machine, times_ns.len()),
-        reasons: Vec::with_capacity(times_ns.len()),
-        times_ns,
+        times_ns: smoother.row_times_ns().to_vec(),
+        estimated: EstimatedStates::empty(machine),
         counts: smoother.counts().collect(),
         faults: smoother.faults().to_vec(),
     };
     let mut worker = smoother.worker(machine);
-    let mut block = SmoothedBlock::empty(machine);
+    let mut block = EstimatedStates::empty(machine);
     for k in 0..smoother.blocks() {
         let Ok(()) = worker.smooth(k, &mut block);
-        rows.states.append(&block.states);
-        rows.reasons.extend_from_slice(&block.reasons);
+        rows.estimated.append(&block);
     }
     rows
 }

@@ -1,9 +1,9 @@
-//! Whether the measured load of a support agrees with equilibrium.
+//! Check of the measured load of a support against equilibrium.
 
 use crate::machine::{ForceSource, Machine};
 use crate::state::{Reason, Reasons, State};
 
-/// A measured load contradicts equilibrium from so many standard deviations on.
+/// Standard deviations from which a measured load contradicts equilibrium.
 const CONTRADICTS_SIGMAS: f64 = 5.0;
 
 /// The reasons for doubt in a row in which the measured load of a support contradicts equilibrium. One that is reported as set

@@ -1,21 +1,21 @@
-//! What is known of each support at one time, and the supports that are on the ground by it.
+//! Status of each support at one time, and the set of supports on the ground that follows from it.
 
 use crate::machine::{MAX_WHEELS, Machine, MeasuredLoad, SupportId, SupportKind, Supports};
 
-/// A sample of a measured load tells whether its support is set for so long (s).
+/// Largest age of a sample of a measured load that tells whether its support is set (s).
 pub const LOAD_MAX_AGE_S: f64 = 2.0;
-/// A support without a switch is set while its measured load is above so many of its standard deviations.
+/// Measured load, in its standard deviations, above which a support without a switch is set.
 const LOADED_SIGMAS: f64 = 2.0;
 /// A support that is told not to be set, and carries this share of the mean load of all feet, is set all the same: a retracted
 /// cylinder that presses against its stop measures less.
 const CARRIES_SHARE: f64 = 0.25;
 
-/// What is known of a support: whether a foot is set, whether a wheel or a point of a track is raised.
+/// Status of a support: of a foot whether it is set, of a wheel or a point of a track whether it is raised.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SupportStatus {
-    /// It is.
+    /// Set, or raised.
     On,
-    /// It is not.
+    /// Not set, or not raised.
     Off,
     /// Between two samples that differ.
     Changing,
@@ -26,13 +26,13 @@ pub enum SupportStatus {
 }
 
 impl SupportStatus {
-    /// By what is told.
+    /// Returns the status of a support that is told to be on or off.
     #[must_use]
     pub fn of(on: bool) -> Self {
         if on { Self::On } else { Self::Off }
     }
 
-    /// By a number that counts as on from `above` on.
+    /// Returns the status by a number that counts as on from `above` on.
     #[must_use]
     pub fn of_number(number: f64, above: f64) -> Self {
         match number.is_nan() {
@@ -41,7 +41,7 @@ impl SupportStatus {
         }
     }
 
-    /// Beside a measured load by which the support is set, or is not.
+    /// Returns this status combined with the one by the support's measured load.
     #[must_use]
     pub fn beside_load(self, load: Self) -> Self {
         match (self, load) {
@@ -67,7 +67,7 @@ pub fn carries_from(machine: &Machine, load: &MeasuredLoad) -> f64 {
     (CARRIES_SHARE * weight / feet as f64).max(is_set_from(load))
 }
 
-/// Why it is unknown which supports are on the ground.
+/// Reason for which the supports on the ground are unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum GroundGap {
     /// The weight passes from some supports to others.
@@ -85,19 +85,19 @@ pub struct GroundSet(u16);
 const _: () = assert!(MAX_WHEELS <= u16::BITS as usize);
 
 impl GroundSet {
-    /// One bit for each support, in the order of [`Supports::all`].
+    /// Returns the set as one bit for each support, in the order of [`Supports::all`].
     #[must_use]
     pub fn bits(self) -> u16 {
         self.0
     }
 
-    /// Whether a support is among them.
+    /// Whether the set contains a support.
     #[must_use]
     pub fn has(self, support: SupportId) -> bool {
         self.0 >> support.index() & 1 == 1
     }
 
-    /// They as a list, in order.
+    /// Returns the supports of the set as a list, in their order.
     #[must_use]
     pub fn list(self, supports: &Supports) -> Vec<SupportId> {
         supports.ids().filter(|&id| self.has(id)).collect()
@@ -114,7 +114,7 @@ impl FromIterator<SupportId> for GroundSet {
 /// The supports on the ground.
 ///
 /// # Errors
-/// What is unknown of one of them leaves the set unknown.
+/// [`GroundGap`] where the status of one support is unknown.
 pub fn on_ground(
     supports: &Supports,
     told: &impl Fn(SupportId) -> SupportStatus,

@@ -12,29 +12,29 @@ use crate::state::{NumberKind, Sample, SampleError, Sensor, Sensors};
 /// is known afterwards only: an analysis of the whole log leaves that time unknown, too.
 #[derive(Debug, Clone)]
 pub struct SupportWatch {
-    /// By switch.
+    /// Last sample of each switch.
     switches: Vec<LastNumber>,
-    /// By support.
+    /// Sources of each support's status.
     watched: Vec<Watched>,
-    /// The support whose load it is, by actuator signal.
+    /// The support whose load each actuator signal measures.
     loads_of: Vec<Option<usize>>,
     /// Stamp from which spans of time count (ns); without it they tell nothing.
     spans_from_ns: Option<i64>,
     transition_ns: i64,
     /// The last set that was known.
     known: Option<GroundSet>,
-    /// When it followed another one (ns).
+    /// Stamp at which that set followed another one (ns).
     changed_ns: Option<i64>,
 }
 
-/// What tells of a support.
+/// The sources of a support's status.
 #[derive(Debug, Clone)]
 struct Watched {
     is_foot: bool,
     told: Told,
-    /// Its measured load; the support is set, or carries although it is told not to be set, from a threshold on.
+    /// Measured load of the support; the support is set, or carries although it is told not to be set, from a threshold on.
     load: Option<LastNumber>,
-    /// By its load alone: it was set, and was not taken back since.
+    /// Whether the support was set by its load alone, and was not taken back since.
     is_kept: bool,
 }
 
@@ -157,8 +157,8 @@ impl SupportWatch {
         self.spans_from_ns = Some(start_ns);
     }
 
-    /// Whether a signal of an actuator measures the load of a support that is in the air while this set is on the ground, and something
-    /// else tells that it is.
+    /// Whether an actuator's signal measures the load of a support that is in the air while this set is on the ground, as a
+    /// source other than that load tells.
     #[must_use]
     pub(crate) fn is_idle(&self, machine: &Machine, signal: usize, set: GroundSet) -> bool {
         let support = self.loads_of.get(signal).copied().flatten();
@@ -206,7 +206,7 @@ impl SupportWatch {
         }
     }
 
-    /// The set at a time, whether it is new or not.
+    /// Returns the set at a time, new or not, and follows it.
     fn follow(&mut self, machine: &Machine, time_ns: i64) -> Result<GroundSet, GroundGap> {
         self.keep_set(time_ns);
         let told = |support: SupportId| self.status(support.index(), time_ns);
@@ -245,7 +245,7 @@ impl SupportWatch {
         }
     }
 
-    /// What switch and load of a support tell at a time, whatever was before.
+    /// Returns the status of a support by its switch, time spans and measured load at a time, regardless of its earlier status.
     fn by_signal(&self, support: usize, time_ns: i64) -> SupportStatus {
         let watched = &self.watched[support];
         let load = watched.load.as_ref().map(|load| load.at(time_ns));

@@ -1,4 +1,4 @@
-//! What the indicators need of an evaluation.
+//! Inputs of the indicators from an evaluation.
 
 use nalgebra::Vector2;
 
@@ -12,7 +12,7 @@ use crate::number::Real;
 use crate::state::State;
 use crate::wheel_loads::TippingLine;
 
-/// An evaluation, with what the indicators need of it.
+/// The results of an evaluation that the indicators use.
 pub(crate) struct Balance<'a, T: Real> {
     pub(crate) machine: &'a Machine,
     pub(crate) state: &'a State<T>,

@@ -34,8 +34,8 @@ impl<'a, T: Real> TippingAngles<'a, T> {
         }
     }
 
-    /// Of a machine that tips about its edges, with the centre of mass in base axes and the contact points in the axes of the
-    /// contact plane.
+    /// Returns the tipping axes of a machine that tips about its edges, with the centre of mass in base axes and the contact
+    /// points in the axes of the contact plane.
     pub fn over(plane: &'a ContactPlane<T>, contacts: &'a [Vector2<T>], com: &Vector3<T>) -> Self {
         Self {
             plane,

@@ -16,17 +16,17 @@ use crate::number::{Real, Wheels};
 /// Derivatives of sigma with respect to the motion of the base.
 #[derive(Debug, Clone, Copy)]
 pub struct VelocityGradient<T> {
-    /// With respect to the forward velocity v_x, at constant accelerations (N^2 s/m).
+    /// Derivative with respect to the forward velocity v_x, at constant accelerations (N^2 s/m).
     pub forward_velocity: T,
-    /// With respect to the velocity to the left v_y (N^2 s/m).
+    /// Derivative with respect to the velocity to the left v_y (N^2 s/m).
     pub left_velocity: T,
-    /// With respect to the yaw rate (N^2 s/rad); NaN where the velocity is unknown.
+    /// Derivative with respect to the yaw rate (N^2 s/rad); NaN where the velocity is unknown.
     pub yaw_rate: T,
-    /// With respect to the derivative of v_x (N^2 s^2/m).
+    /// Derivative with respect to the derivative of v_x (N^2 s^2/m).
     pub forward_acceleration: T,
-    /// With respect to the derivative of v_y (N^2 s^2/m).
+    /// Derivative with respect to the derivative of v_y (N^2 s^2/m).
     pub left_acceleration: T,
-    /// With respect to the yaw acceleration (N^2 s^2/rad).
+    /// Derivative with respect to the yaw acceleration (N^2 s^2/rad).
     pub yaw_acceleration: T,
 }
 

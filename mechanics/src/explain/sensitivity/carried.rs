@@ -1,4 +1,4 @@
-//! What a joint's motion moves besides the bodies' wrenches: wheels, and axes of joints with known torque.
+//! Wheels and axes of joints with known torque in the distal subtree of each joint, and their motion by it.
 
 use nalgebra::Vector3;
 
@@ -13,12 +13,11 @@ use crate::wheel_loads::LoadAdjoint;
 /// The wheels and joint axes in the distal subtree of every joint, and how its motion moves them.
 #[derive(Debug)]
 pub(super) struct Carried<T> {
-    /// By body, the wheels with the velocity of their centres.
+    /// Wheels carried by each body, with the velocity of their centres.
     wheels: Vec<Vec<(usize, Vector3<T>)>>,
-    /// By body, the joints with known torque, with the velocity of a point and the change of the direction of their
-    /// axes.
+    /// Joints with known torque carried by each body, with the velocity of a point and the change of the direction of their axes.
     axes: Vec<Vec<(usize, [Vector3<T>; 2])>>,
-    /// By body, those of these joints that its joint moves as a whole, with the change of the wrench of their distal
+    /// Those of these joints that the body's joint moves as a whole, by body, with the change of the wrench of their distal
     /// subtrees.
     subtrees: Vec<Vec<(usize, JointWrenches<T>)>>,
 }

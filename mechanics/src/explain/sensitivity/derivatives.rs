@@ -16,11 +16,11 @@ use crate::wheel_loads::LoadAdjoints;
 /// Derivatives of the loads at one instant, or at several instants at once.
 #[derive(Debug)]
 pub struct Sensitivity<T: Real> {
-    /// Of the OTF, in the order of [`Parameter::all`], as many wheels side by side as [`Wheels::COUNT`].
+    /// Derivatives of the OTF, in the order of [`Parameter::all`], as many wheels side by side as [`Wheels::COUNT`].
     otf: Vec<Vec<T::Wheels>>,
-    /// Of the loads, where they differ from the OTF.
+    /// Derivatives of the loads, where they differ from the OTF.
     load: Vec<Vec<T::Wheels>>,
-    /// With respect to the motion of the base frame, of OTF and loads.
+    /// Derivatives of OTF and loads with respect to the motion of the base frame.
     base: [Vec<BaseGradient<T::Wheels>>; 2],
     /// Coefficients of every body's wrench in OTF and loads, where they differ from body to body.
     by_body: [Vec<Vec<Wrench<T::Wheels>>>; 2],
@@ -121,14 +121,14 @@ impl<T: Real> Sensitivity<T> {
 pub(crate) struct GroupDerivatives<'a, V> {
     /// Index of the group.
     pub(crate) group: usize,
-    /// Of the OTF, in the order of [`Parameter::all`].
+    /// Derivatives of the OTF, in the order of [`Parameter::all`].
     pub(crate) otf: &'a [V],
-    /// Of the loads, where a wheel is lifted in any of the samples.
+    /// Derivatives of the loads, where a wheel is lifted in any of the samples.
     pub(crate) load: Option<&'a [V]>,
 }
 
 impl<V> GroupDerivatives<'_, V> {
-    /// Those of the loads, which are those of the OTF where no wheel is lifted.
+    /// Returns the derivatives of the loads, which are those of the OTF where no wheel is lifted.
     pub(crate) fn of_loads(&self) -> &[V] {
         self.load.unwrap_or(self.otf)
     }

@@ -8,17 +8,16 @@ use crate::state::State;
 /// Derivatives of a joint's coordinate with respect to the measured joint that it is coupled to.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Following<T> {
-    /// Of the coordinate with respect to position; equal to velocity by velocity and acceleration by
-    /// acceleration.
+    /// Derivative of the coordinate with respect to position; equal to velocity by velocity and acceleration by acceleration.
     pub(crate) coordinate: T,
-    /// Of the velocity with respect to position; half of acceleration by velocity.
+    /// Derivative of the velocity with respect to position; half of acceleration by velocity.
     pub(super) rate: T,
-    /// Of the acceleration with respect to position.
+    /// Derivative of the acceleration with respect to position.
     pub(super) acceleration: T,
 }
 
 impl<T: Real> Following<T> {
-    /// Of a joint that is a constant multiple of the measured one.
+    /// Returns the derivatives of a joint that is a constant multiple of the measured one.
     pub(super) fn directly(factor: T) -> Self {
         Self {
             coordinate: factor,

@@ -24,7 +24,8 @@ struct Change<T> {
     /// The body of the joint, and the measured joint that it is coupled to.
     body: usize,
     measured: usize,
-    /// With position, velocity and acceleration: of specific force, angular velocity and angular acceleration.
+    /// Changes with the joint's position, velocity and acceleration: of specific force, angular velocity and angular
+    /// acceleration.
     by_jet: [[Vector3<T>; 3]; 3],
 }
 

@@ -1,4 +1,4 @@
-//! How the specific force of a body's points changes with their place:
+//! Derivative of the specific force with respect to the place of a point of a body:
 //! ```text
 //!     B d = alpha x d + w x (w x d)
 //! ```

@@ -42,7 +42,7 @@ pub(super) struct ReversePass<T: Real> {
     carried: Carried<T>,
     imu_joints: ImuJoints<T>,
     base: BaseWrenches<T>,
-    /// Of the distal subtree of each joint with known torque.
+    /// Wrenches of the distal subtree of each joint with known torque by the motion of the base.
     distal_base: Vec<BaseWrenches<T>>,
     /// Coefficients of a wrench in the torque about (or the force along) each such joint.
     torque_forms: Vec<Wrench<T>>,

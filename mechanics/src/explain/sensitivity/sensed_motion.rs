@@ -1,4 +1,4 @@
-//! What the derivatives need of an evaluation.
+//! Inputs of the derivatives from an evaluation.
 
 use nalgebra::Vector3;
 
@@ -11,7 +11,7 @@ use crate::number::Real;
 use crate::state::State;
 use crate::wheel_loads::Actuation;
 
-/// An evaluation, with what the derivatives need of it.
+/// The results of an evaluation that the derivatives use.
 pub(crate) struct SensedMotion<'a, T: Real> {
     pub(crate) machine: &'a Machine,
     pub(crate) state: &'a State<T>,

@@ -7,7 +7,7 @@ use crate::number::{Lanes, Mask, Real};
 /// Sums of squared derivatives of the loads over rows; rows with an unknown derivative are excluded.
 #[derive(Debug, Clone)]
 pub struct SensitivitySums {
-    /// By wheel and parameter, in the order of [`Parameter::all`].
+    /// Sums of squares by wheel and parameter, in the order of [`Parameter::all`].
     squares: Vec<Vec<f64>>,
     /// Number of rows counted, by wheel.
     rows: Vec<f64>,
@@ -45,7 +45,7 @@ impl SensitivitySums {
     }
 }
 
-/// The same sums while rows are evaluated: by group of wheels that are side by side.
+/// Sums of squares while rows are evaluated, by group of wheels that are side by side.
 #[derive(Debug)]
 pub(crate) struct SquareSums<V: Real> {
     squares: Vec<Vec<V>>,
@@ -102,7 +102,7 @@ impl SquareSums<Lanes> {
         }
     }
 
-    /// Counts the first `count` lanes of what is added from now on.
+    /// Makes the sums count only the first `count` lanes of later rows.
     pub(crate) fn count_first(&mut self, count: usize) {
         let place: [f64; Lanes::COUNT] = std::array::from_fn(|lane| lane as f64);
         self.inside = Lanes::from_array(place).lt(Lanes::constant(count as f64));

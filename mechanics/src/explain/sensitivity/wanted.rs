@@ -9,8 +9,8 @@ use crate::wheel_loads::LoadAdjoint;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Forms<'a, V> {
     pub(super) adjoint: &'a LoadAdjoint<V>,
-    /// Those of every body, where there are joints with known torque: without them, all bodies have those of the ground
-    /// wrench.
+    /// Coefficients of every body's wrench, where there are joints with known torque: without them, all bodies have those of the
+    /// ground wrench.
     pub(super) by_body: &'a [Wrench<V>],
 }
 
@@ -29,15 +29,15 @@ impl<'a, V> Forms<'a, V> {
 /// The loads of all wheels, by group, with places for their derivatives.
 pub(super) struct Wanted<'a, T: Real> {
     pub(super) adjoints: &'a [LoadAdjoint<T::Wheels>],
-    /// Of [`Forms`].
+    /// Coefficients of each body's wrench, by group: see [`Forms`].
     pub(super) by_body: &'a mut [Vec<Wrench<T::Wheels>>],
-    /// With respect to the motion of the base frame.
+    /// Derivatives with respect to the motion of the base frame.
     pub(super) base: &'a mut [BaseGradient<T::Wheels>],
-    /// With respect to all parameters.
+    /// Derivatives with respect to all parameters.
     pub(super) out: &'a mut [Vec<T::Wheels>],
 }
 
-/// The same of one group of wheels.
+/// The load adjoint of one group of wheels, with the places for its derivatives.
 pub(super) struct WantedGroup<'a, V> {
     pub(super) forms: Forms<'a, V>,
     pub(super) base: &'a BaseGradient<V>,
@@ -45,7 +45,7 @@ pub(super) struct WantedGroup<'a, V> {
 }
 
 impl<T: Real> Wanted<'_, T> {
-    /// What is wanted of a group of wheels.
+    /// Returns the load adjoint of a group of wheels, with the places for its derivatives.
     pub(super) fn group(&mut self, group: usize) -> WantedGroup<'_, T::Wheels> {
         WantedGroup {
             forms: Forms {

@@ -18,16 +18,16 @@ pub struct ComparedRow {
     pub computed: Vec<f64>,
     /// Standard deviation of the computed load by sensor (N).
     pub sigma: Vec<f64>,
-    /// How far measured and computed loads are apart, all sensors together, whatever the split between diagonals:
-    /// r' S^-1 r.
+    /// Squared distance r' S^-1 r between measured and computed loads, with the residuals r of all sensors and their covariance
+    /// S, whatever the split between diagonals.
     pub(super) distance: f64,
     /// Number of sensors in `distance`.
     pub(super) sensors: usize,
 }
 
 impl ComparedRow {
-    /// Whether they are further apart than chance makes them: the root of the distance exceeds that of the number of sensors by 3.5,
-    /// which chance makes once in some thousand rows. `None` for a row without a number, which says nothing.
+    /// Whether measured and computed loads are further apart than by chance: the root of the distance exceeds that of the number
+    /// of sensors by 3.5, which chance makes once in some thousand rows. `None` for a row without a number.
     #[must_use]
     pub fn is_off(&self) -> Option<bool> {
         let is_off = self.distance.sqrt() > (self.sensors as f64).sqrt() + EXCESS;

@@ -1,13 +1,13 @@
-//! What is measured of the loads in a row.
+//! Measured loads of a row.
 
 use crate::machine::LoadSensor;
 
-/// What is measured of the loads in a row.
+/// Measured loads of a row.
 #[derive(Clone, Copy)]
 pub struct MeasuredRow<'a> {
     /// The load sensors.
     pub sensors: &'a [&'a LoadSensor],
-    /// What each measures (N); NaN where there is nothing.
+    /// Measured load by sensor (N); NaN where there is none.
     pub loads: &'a [f64],
     /// The force of an actuated joint whose samples are too far apart for the state (N); NaN without one.
     pub held: &'a dyn Fn(usize) -> f64,
@@ -23,7 +23,7 @@ impl std::fmt::Debug for MeasuredRow<'_> {
     }
 }
 
-/// Which row it is, to whoever compares it.
+/// Index, time and supports of a row that is compared.
 #[derive(Debug, Clone, Copy)]
 pub struct RowPlace {
     /// Its index.

@@ -1,4 +1,4 @@
-//! How long rows must be off on end.
+//! Consecutive rows that are off, and the shortest run of them that is a contradiction.
 
 use std::collections::VecDeque;
 
@@ -12,12 +12,12 @@ pub const FEWEST_ROWS: usize = 4;
 pub(super) struct Run<R> {
     rows: VecDeque<(i64, R)>,
     most: usize,
-    /// When the first of them all was (ns).
+    /// Stamp of the first row of the run, kept or not (ns).
     since_ns: i64,
 }
 
 impl<R> Run<R> {
-    /// Without rows; the last `most` of them are kept.
+    /// Creates a run without rows; the last `most` of them are kept.
     pub(super) fn new(most: usize) -> Self {
         Self {
             rows: VecDeque::with_capacity(most),

@@ -1,7 +1,7 @@
 //! The measured load of every support on the ground, one by one, where all of them are measured.
 //!
-//! What they are more than the computed loads, D_i = F_i - N_i at the places p_i, is a load that the machine file does not
-//! state, whatever the split:
+//! Their excess over the computed loads, D_i = F_i - N_i at the places p_i, is a load that the machine file does not state,
+//! whatever the split:
 //! ```text
 //!     D = sum of D_i,      acts at  sum of D_i p_i / D
 //! ```
@@ -18,28 +18,28 @@ const EXTENT_M: f64 = 0.5;
 
 /// Measured loads of all supports on the ground.
 pub(super) struct Singles {
-    /// By wheel of the machine (N).
+    /// Measured load by wheel of the machine (N).
     loads: Vec<f64>,
     /// Standard deviation of each (N).
     sigmas: Vec<f64>,
-    /// Whether each is a force that the state can hold, so that computed loads can follow it.
+    /// Whether each measured load is a force that the state can hold, so that computed loads can follow it.
     are_forces: bool,
 }
 
-/// Where the difference of measured and computed loads acts.
+/// Place of the difference between measured and computed loads, and its explanations.
 #[derive(Debug, Clone)]
 pub struct Acts {
     /// Forward and to the left of the base frame's origin (m).
     pub at: [f64; 2],
     /// Standard deviation of either (m).
     pub sigma: [f64; 2],
-    /// How far the difference's force and moments are from none, all three together (standard deviations).
+    /// Distance of the difference's force and moments from zero, all three together (standard deviations).
     pub distance: f64,
-    /// The force where the arm carries loads that explains it best; `None` without such a place.
+    /// The force where the arm carries loads that best explains the difference; `None` without such a place.
     pub on_tool: Option<PointForce>,
-    /// How far the best force at a support leaves it unexplained (standard deviations).
+    /// Distance from the difference to its best explanation by a force at one support (standard deviations).
     pub from_support: f64,
-    /// Each pair of supports, and how far from none the difference is if their sensors are exchanged (standard deviations).
+    /// Each pair of supports, and the distance of the difference from zero if their sensors are exchanged (standard deviations).
     pub exchanged: Vec<([usize; 2], f64)>,
     /// Whether computed loads can follow the measured ones.
     pub can_be_followed: bool,
@@ -52,7 +52,7 @@ pub struct PointForce {
     pub force: f64,
     /// Its standard deviation (N).
     pub sigma: f64,
-    /// How far it leaves the difference unexplained, in both directions together (standard deviations).
+    /// Distance from the difference to this force, in both directions together (standard deviations).
     pub misfit: f64,
 }
 
@@ -73,7 +73,7 @@ impl Difference {
         })
     }
 
-    /// The force f at a place that explains it best, with a = (1, y, x):
+    /// Returns the force f at a place that best explains the difference, with a = (1, y, x):
     /// ```text
     ///     f = a' S^-1 r / a' S^-1 a,      var f = 1 / a' S^-1 a
     /// ```
@@ -100,7 +100,7 @@ impl Difference {
 }
 
 impl Singles {
-    /// Those of a row; `None` if the load of a support on the ground is not measured by itself.
+    /// Returns the measured loads of a row; `None` if the load of a support on the ground is not measured by itself.
     pub(super) fn of(
         machine: &Machine,
         state: &State<f64>,
@@ -140,14 +140,14 @@ impl Singles {
         })
     }
 
-    /// Their total (N), and its standard deviation.
+    /// Returns the total of the measured loads, and its standard deviation (N).
     pub(super) fn total(&self) -> (f64, f64) {
         let variance: f64 = self.sigmas.iter().map(|sigma| sigma * sigma).sum();
         (self.loads.iter().sum(), variance.sqrt())
     }
 
-    /// Where the difference from the computed loads acts, after the evaluation of `workspace`. `sigma_of` is the standard
-    /// deviation of a weighted sum of the computed loads (N, or Nm for levers).
+    /// Returns the place of the difference from the computed loads, after the evaluation of `workspace`. `sigma_of` is the
+    /// standard deviation of a weighted sum of the computed loads (N, or Nm for levers).
     pub(super) fn acts(
         &self,
         machine: &Machine,

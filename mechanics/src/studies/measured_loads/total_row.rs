@@ -16,13 +16,13 @@ pub struct TotalRow {
     pub sigma: f64,
     /// Computed total over mass (m/s^2).
     pub gravity: f64,
-    /// Where the difference acts, if every support is measured by itself.
+    /// Place of the difference, if every support is measured by itself.
     pub acts: Option<Acts>,
 }
 
 impl TotalRow {
-    /// Whether they are further apart than chance makes them: by force and both moments where every support is measured by itself,
-    /// else by the total alone. `None` for a row without a number, which says nothing.
+    /// Whether measured and computed total are further apart than by chance: by force and both moments where every support is
+    /// measured by itself, else by the total alone. `None` for a row without a number.
     #[must_use]
     pub fn is_off(&self) -> Option<bool> {
         let is_off = match &self.acts {

@@ -10,18 +10,18 @@ use super::total_row::TotalRow;
 /// A load that the machine file does not state.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct UnstatedLoad {
-    /// Its mass (kg); negative for less than what is stated.
+    /// Mass of the load (kg); negative for less than the stated mass.
     pub mass_kg: f64,
     /// Standard deviation of its mass (kg).
     pub mass_sigma_kg: f64,
-    /// Where it acts, forward and to the left of the base frame's origin (m); null unless the load of every support on the
+    /// Place of the load, forward and to the left of the base frame's origin (m); null unless the load of every support on the
     /// ground is measured by itself.
     pub at_m: Option<[f64; 2]>,
     /// Standard deviation of either (m), motion included.
     pub at_sigma_m: Option<[f64; 2]>,
-    /// Whether it acts where the arm carries loads: a payload.
+    /// Whether the load acts where the arm carries loads: a payload.
     pub at_tool: bool,
-    /// Whether it acts at a support: then a wrong sensor of that support explains it as well.
+    /// Whether the load acts at a support: then a wrong sensor of that support explains it as well.
     pub at_support: bool,
     /// Whether the loads of these rows follow the measured loads of all supports.
     pub followed: bool,

@@ -1,4 +1,4 @@
-//! Whether measured loads contradict the computed ones, by the rows so far.
+//! Contradictions between measured and computed loads, by the rows so far.
 
 use super::compare::{compare, measures_supports};
 use super::compared_row::ComparedRow;
@@ -12,12 +12,12 @@ use crate::estimation::support_configuration::GroundSet;
 use crate::machine::{LoadSensor, Machine};
 use crate::state::Reason;
 
-/// A row is compared so long after the one before (ns): errors of one machine are much the same in all rows of a second.
+/// Shortest time between two compared rows (ns): errors of one machine are much the same in all rows of a second.
 const PERIOD_NS: i64 = 250_000_000;
 /// Rows in the mean of a contradiction: somewhat more than the shortest one.
 const ROWS: usize = 12;
 
-/// What measured loads contradict.
+/// Doubt about the computed loads because of measured loads.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct LoadDoubt {
     /// The load sensor that is furthest off, by its index in [`Machine::load_sensors`]: the loads of single sensors contradict the
@@ -27,7 +27,7 @@ pub struct LoadDoubt {
     pub is_total: bool,
     /// The load that would explain the total.
     pub unstated: Option<UnstatedLoad>,
-    /// The supports whose sensors would explain it if they were exchanged, by their places among those on the ground.
+    /// The supports whose sensors would explain the total if they were exchanged, by their places among those on the ground.
     pub exchanged: Option<[usize; 2]>,
 }
 
@@ -45,7 +45,7 @@ impl LoadDoubt {
 /// Comparing a row, four times a second, allocates; the other rows do not.
 #[derive(Debug)]
 pub struct LoadWatch {
-    /// The machine on the supports on which it was last; `None` before, and for one that is always on the same ones.
+    /// The machine on its last supports on the ground; `None` before, and for a machine that is always on the same ones.
     on: Option<(GroundSet, Option<Machine>)>,
     compared_ns: Option<i64>,
     singles: Run<ComparedRow>,
@@ -67,7 +67,7 @@ impl LoadWatch {
         })
     }
 
-    /// What is contradicted as far as the last row.
+    /// Returns the doubt after the last row.
     #[must_use]
     pub fn doubt(&self) -> &LoadDoubt {
         &self.doubt

@@ -13,10 +13,10 @@ const STEP: f64 = 0.2;
 const MOST_POINTS: usize = 13;
 /// Ranges narrower than this are linear: positions (rad or m) and velocities (rad/s or m/s).
 const NARROW: f64 = 0.01;
-/// The same for the angular velocity of the platform (rad/s): at a quarter of a radian per second, centripetal
+/// Range below which the angular velocity of the platform is linear (rad/s): at a quarter of a radian per second, centripetal
 /// accelerations are some 0.06 m/s^2 a metre from the IMU.
 const NARROW_TURN: f64 = 0.5;
-/// How often the search goes through all positions and velocities.
+/// Number of passes of the search through all positions and velocities.
 const SWEEPS: usize = 2;
 
 /// An extreme of `sign` times the OTF.
@@ -155,7 +155,8 @@ impl Search<'_> {
         self.workspace.sensitivity().otf(self.wheel)[place]
     }
 
-    /// Leaves the signal at its best value; returns what is found there, and what a curve between the points can exceed it by.
+    /// Leaves the signal at its best value; returns the extreme found there, and the largest excess over it of a curve between
+    /// the points.
     fn along(&mut self, signal: Curved, span: Span, best: f64) -> (f64, f64) {
         let points = match signal {
             Curved::Position(_) => {

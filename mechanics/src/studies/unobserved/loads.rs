@@ -9,7 +9,7 @@ use crate::evaluate::workspace::Workspace;
 use crate::machine::Machine;
 use crate::state::State;
 
-/// What a range of motion does to one wheel.
+/// Range of one wheel's OTF over a range of motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WheelReach {
     /// Smallest OTF (N).
@@ -70,8 +70,8 @@ impl UnobservedLoads {
             .collect()
     }
 
-    /// What one standard deviation of each signal that is unknown at the row itself does to the OTF of all wheels (N). The
-    /// signals are those of [`Self::variances`], independent of each other:
+    /// Returns the change of the OTF of all wheels (N) by one standard deviation of each signal that is unknown at the row
+    /// itself. The signals are those of [`Self::variances`], independent of each other:
     ///
     /// ```text
     ///     g_x = (dN/dx) w / sqrt(3),    cov N = sum over signals g_x g_x'

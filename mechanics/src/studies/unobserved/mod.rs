@@ -1,4 +1,4 @@
-//! What unobserved motion can have done to the loads.
+//! Effect of unobserved motion on the loads.
 
 mod extreme;
 mod loads;

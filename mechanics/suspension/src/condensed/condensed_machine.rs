@@ -71,7 +71,7 @@ impl Carried {
 /// Moments and wrench of the whole machine, about the base origin in base axes.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Whole<T> {
-    /// With momenta relative to the base.
+    /// Moments, with momenta relative to the base.
     pub(crate) moments: Composite<T>,
     /// Wrench of the relative motions on a base at rest with zero specific force.
     pub(crate) wrench: Wrench<T>,
@@ -213,7 +213,7 @@ impl Carried {
         }
     }
 
-    /// The same for the carrier at rest in this pose.
+    /// Adds the carrier at rest in this pose.
     #[inline(always)]
     pub(crate) fn add_resting<T: Real>(&self, pose: &BodyMotion<T>, whole: &mut Whole<T>) {
         let rigid = Composite::at_rest(&self.moments, pose);

@@ -14,7 +14,7 @@ pub(crate) struct Instant {
     pub(crate) condensed: Condensed,
     /// Motion of the carriers that no actuator moves, relative to a base at rest; by carrier.
     pub(crate) fixed_motions: Vec<BodyMotion<f64>>,
-    /// Moments and wrench of what they carry.
+    /// Moments and wrench of the bodies that they carry.
     pub(crate) fixed: Whole<f64>,
     /// Coordinates of all joints.
     pub(crate) coordinates: Vec<Coordinate<f64>>,

@@ -17,11 +17,11 @@ use tipwatch_mechanics::state::{ImuState, State};
 
 /// Position error, as a fraction of the stroke, beyond which the reference is reset.
 const LOST_SHARE: f64 = 0.25;
-/// A measured rod this far outside its stroke, as a fraction of the stroke, is not where it is said to be.
+/// Distance of a measured rod outside its stroke, as a fraction of the stroke, from which the measurement is wrong.
 const STROKE_TOLERANCE: f64 = 0.05;
-/// How long the reference goes on without a new command before it brakes (s).
+/// Longest time for which the reference goes on without a new command before it brakes (s).
 const MAX_COAST_S: f64 = 0.1;
-/// What of the velocity that a trial opening gives without load the reference may have during the trial.
+/// Largest velocity of the reference during a trial, as a share of the velocity that the trial opening gives without load.
 const TRIAL_SHARE: f64 = 0.8;
 /// The longest period of the guard (s).
 const MAX_TICK_S: f64 = 0.02;
@@ -51,12 +51,12 @@ pub struct Controller {
 pub struct RodForce {
     /// Of the piston, from measured pressures.
     pub piston: f64,
-    /// What the rod carries without acceleration of the rods, from the model.
+    /// Load on the rod without acceleration of the rods, from the model.
     pub load: f64,
 }
 
 impl RodForce {
-    /// Neither is known.
+    /// Forces that are both unknown.
     pub const UNKNOWN: Self = Self {
         piston: f64::NAN,
         load: f64::NAN,
@@ -243,8 +243,8 @@ impl Controller {
         plan
     }
 
-    /// The largest velocity of the reference (m/s): during a trial what its opening can follow, so that no rod lags
-    /// behind and jumps at its end.
+    /// Returns the largest velocity of the reference (m/s): during a trial one that the trial opening can follow, so that no rod
+    /// lags behind and jumps at its end.
     fn max_velocity(&self) -> f64 {
         if self.watches[..self.actuators]
             .iter()

@@ -49,9 +49,8 @@ impl SuspensionOptimiser {
     /// Maximum number of evaluations of the machine per step.
     pub const MAX_EVALUATIONS: usize = crate::solve::MAX_EVALUATIONS;
 
-    /// For a machine, with `control` instead of the settings in its machine file. In one-step mode the joint
-    /// positions (rad or m), in the order of [`Machine::joints`], are the posture for which the step length is
-    /// checked.
+    /// Creates the optimiser of a machine, with `control` instead of the settings in its machine file. In one-step mode the joint
+    /// positions (rad or m), in the order of [`Machine::joints`], are the posture for which the step length is checked.
     ///
     /// # Errors
     /// [`SuspensionError`]: the machine has no suspension that can be controlled like this.
@@ -214,7 +213,7 @@ impl SuspensionOptimiser {
         self.step_on(state, x, v, None)
     }
 
-    /// The same on a ground with this motion instead of the measured one, in the frame of the contact plane.
+    /// Computes the step on a ground with this motion instead of the measured one, in the frame of the contact plane.
     pub(crate) fn step_on(
         &mut self,
         state: &State<f64>,
@@ -273,7 +272,7 @@ impl SuspensionOptimiser {
         self.command(rods, solved.acceleration, status, Some(&solved))
     }
 
-    /// Whether a state is one of this machine.
+    /// Whether a state has the numbers of joints and payloads of this machine.
     pub(crate) fn fits(&self, state: &State<f64>) -> bool {
         state.joints.len() == self.suspended.machine.joints().len()
             && state.payload_share.len() == self.suspended.machine.payloads().len()

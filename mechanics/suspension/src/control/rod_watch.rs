@@ -1,12 +1,12 @@
-//! Whether a rod obeys its valve: it must not stand still, and above all not run the other way.
+//! Check that a rod obeys its valve: it must not stand still, and above all not run the other way.
 
-/// Until a rod has proven its direction, its valve opens no further than this (share of full opening).
+/// Largest opening of the valve (share of full opening) until the rod has proven its direction.
 pub const TRIAL_OPENING: f64 = 0.12;
 /// A valve opened this far (share of full opening) moves its rod.
 pub const MOVING_OPENING: f64 = 0.1;
-/// A valve opened this far does so in proportion: below it, real valves may not open at all.
+/// Opening (share of full opening) from which a valve moves its rod in proportion: below it, real valves may not open at all.
 const PARTLY_OPENING: f64 = 0.05;
-/// A valve opened this far may move its rod: during a trial, and after it.
+/// Opening (share of full opening) from which a valve may move its rod: during a trial, and after it.
 const TRIAL_DIRECTION_OPENING: f64 = 0.01;
 const DIRECTION_OPENING: f64 = 0.03;
 /// Time after a reversal of the valve in which the rod may still run the old way (s).
@@ -15,28 +15,28 @@ const SETTLE_S: f64 = 0.3;
 const DIRECTION_M: f64 = 3e-3;
 /// A rod that moved less than this (m) stands still: above the noise of a stroke sensor.
 pub const STILL_ROD_M: f64 = 1e-3;
-/// How long, in total, a valve may be open while its rod stands still (s).
+/// Longest time in total for which a valve may be open while its rod stands still (s).
 pub const STILL_ROD_S: f64 = 1.0;
 
 /// A rod that does not obey its valve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RodFault {
-    /// Its valve was open, and it stood still.
+    /// The valve was open, and the rod stood still.
     Still,
-    /// It moved against its valve: valves or sensors are exchanged or reversed.
+    /// The rod moved against its valve: valves or sensors are exchanged or reversed.
     WrongWay,
 }
 
 /// Watches one rod.
 #[derive(Debug, Clone, Copy)]
 pub struct RodWatch {
-    /// Where the rod last moved to (m), and how long its valve has been open since, in total (s).
+    /// Stroke to which the rod last moved (m), and the total time for which its valve has been open since (s).
     still_from: f64,
     open_s: f64,
-    /// Direction in which the valve is open, and for how long (s).
+    /// Direction in which the valve is open, and the time for which it has been (s).
     direction: f64,
     since_s: f64,
-    /// Where the rod was when it had settled into that direction (m).
+    /// Stroke at which the rod had settled into that direction (m).
     from: f64,
     is_proven: bool,
     fault: Option<RodFault>,

@@ -30,7 +30,7 @@ pub(crate) struct Evaluation<const N: usize> {
 }
 
 impl<const N: usize> Evaluation<N> {
-    /// From the signed loads (N), the mean load (N), the stability angles (rad) and their lower bound.
+    /// Returns the evaluation for the signed loads (N), the mean load (N), the stability angles (rad) and their lower bound.
     pub(crate) fn of(
         weights: &Weights,
         loads: &[Gradient<N>],

@@ -20,7 +20,7 @@ const LEVEL_SHARE: f64 = 0.1;
 pub(crate) struct Weights {
     /// Pairs of wheels and their weight (1/N^2).
     pairs: Vec<(usize, usize, f64)>,
-    /// By edge (rad).
+    /// Weight of each edge's stability angle (rad).
     edges: Vec<f64>,
 }
 

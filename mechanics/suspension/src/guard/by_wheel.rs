@@ -2,7 +2,7 @@
 
 use tipwatch_mechanics::machine::MAX_WHEELS;
 
-/// By wheel or edge; entries beyond their number are zero.
+/// Numbers by wheel or edge; entries beyond their number are zero.
 pub(super) type ByWheel = [f64; MAX_WHEELS];
 
 /// Sum of the load differences over all pairs of wheels (N).

@@ -22,9 +22,9 @@ use tipwatch_mechanics::state::{ImuState, State};
 
 /// Times of the forecast (s).
 pub(super) const TIMES_S: [f64; 4] = [0.0, 0.5, 1.0, 1.8];
-/// The one at which doubt is computed.
+/// Index of the time at which doubt is computed.
 const DOUBT_AT: usize = 1;
-/// T of S(13): how long an acceleration of the arm lasts (s).
+/// T of S(13): duration of an acceleration of the arm (s).
 const LASTING_S: f64 = 0.5;
 /// b of S(14): the largest sudden acceleration of the base so far, at least this (m/s^2).
 const BASE_RESERVE: f64 = 0.2;
@@ -37,16 +37,16 @@ const OVERSHOOT: f64 = 2.0;
 /// A number by rod.
 pub(super) type ByRod = [f64; MAX_ACTUATORS];
 
-/// What the suspension adds to loads (N) or angles (rad), as a function of the rods.
+/// Effect of the suspension on loads (N) or angles (rad), as a function of the rods.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Added {
-    /// At the present reference, the rods at rest.
+    /// Effect of the rods at rest at the present reference.
     pub(super) here: ByWheel,
-    /// By stroke (1/m), by actuator.
+    /// Derivative with respect to stroke (1/m), by actuator.
     pub(super) by_position: [ByWheel; MAX_ACTUATORS],
-    /// By velocity (s/m), by actuator.
+    /// Derivative with respect to velocity (s/m), by actuator.
     pub(super) by_velocity: [ByWheel; MAX_ACTUATORS],
-    /// By acceleration (s^2/m), overshoot included.
+    /// Derivative with respect to acceleration (s^2/m), by actuator, overshoot included.
     pub(super) by_acceleration: [ByWheel; MAX_ACTUATORS],
 }
 
@@ -64,11 +64,11 @@ pub(super) struct Outlook {
 /// S(14), by wheel (N).
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Doubt {
-    /// What an unannounced acceleration of the base takes.
+    /// Load lost by an unannounced acceleration of the base.
     pub(super) by_base: ByWheel,
-    /// What one of the arm takes at once.
+    /// Load lost at once by an unannounced acceleration of the arm.
     pub(super) by_arm: ByWheel,
-    /// What the arm takes by going elsewhere: times t^2/2.
+    /// Load lost by the arm's displacement under that acceleration, per t^2/2 (N/s^2).
     pub(super) by_square: ByWheel,
 }
 
@@ -363,7 +363,7 @@ impl Forecaster {
     }
 }
 
-/// What the suspension adds to these values.
+/// Fills `added` with the effect of the suspension on these values: their differences from `locked`, and their derivatives.
 fn read(added: &mut Added, values: &[Gradient<6>], locked: &ByWheel) {
     for (i, value) in values.iter().take(MAX_WHEELS).enumerate() {
         added.here[i] = value.value - locked[i];

@@ -55,9 +55,9 @@ pub(crate) enum Move {
 /// The restrained motion.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Guarded {
-    /// By rod (m/s^2).
+    /// Acceleration by rod (m/s^2).
     pub(crate) acceleration: [f64; MAX_ACTUATORS],
-    /// Whether it is less than the wanted one.
+    /// Whether the motion is less than the wanted one.
     pub(crate) is_restrained: bool,
 }
 
@@ -72,16 +72,16 @@ pub(crate) struct LoadGuard {
     max_velocity: f64,
     /// H of S(15) (s).
     look_ahead: f64,
-    /// Those that do not change.
+    /// Bounds that do not change.
     bounds: Bounds,
     min_angle: f64,
     history: History,
 }
 
-/// What has been since control began.
+/// Record of the motion since control began.
 #[derive(Debug)]
 struct History {
-    /// Strokes then (m), the measure of what locking gives.
+    /// Strokes when control began (m): the loads of rods locked there are the measure.
     home: Option<ByRod>,
     /// Largest acceleration of each joint of the arm (rad/s^2 or m/s^2).
     arm: Vec<f64>,

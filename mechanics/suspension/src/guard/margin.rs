@@ -25,19 +25,19 @@ use tipwatch_mechanics::machine::MAX_WHEELS;
 const AT_REST_SHARE: f64 = 0.0004;
 /// m, as a share of the mean load.
 const START_SHARE: f64 = 0.002;
-/// What of a wheel's spare may be used: the rest is for errors of the model.
+/// Share of a wheel's spare load that may be used: the rest is for errors of the model.
 const SPARE_SHARE: f64 = 0.25;
-/// k: what a wheel may lose of the spare that is expected of it, however large the doubt.
+/// k: share of its expected spare load that a wheel may lose, however large the doubt.
 const EXPECTED_SHARE: f64 = 0.006;
 /// A load below its bound counts for more than any spread or angle (in units of the mean load).
 const PRIORITY: f64 = 1e3;
 /// Weight of a radian in units of the mean load.
 const ANGLE_UNIT: f64 = 2.0;
-/// What of a stability angle's spare may be used.
+/// Share of a stability angle's spare that may be used.
 const ANGLE_SHARE: f64 = 0.5;
 /// Weight of the end of a plan in its harm: it lasts.
 const TAIL: f64 = 10.0;
-/// What the spread of the loads may grow by, as a share of the weight ...
+/// Largest growth of the spread of the loads, as a share of the weight ...
 const SPREAD_GROWTH: f64 = 0.01;
 /// ... and up to this spread, since every useful motion starts with the inertia of its start.
 const SMALL_SPREAD_GROWTH: f64 = 0.08;
@@ -45,7 +45,7 @@ const SMALL_SPREAD: f64 = 0.5;
 /// r of S(14) rises to 1 in this time (s).
 const RISE_S: f64 = 0.3;
 
-/// What the margins are measured against.
+/// Limits and scales of the margins.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bounds {
     /// (N)
@@ -61,7 +61,8 @@ pub(super) struct Bounds {
 }
 
 impl Bounds {
-    /// What the spread may be where locking gives this (N): more while it is small.
+    /// Returns the largest allowed spread of the loads where locked rods give this one (N): the growth may be larger while the
+    /// spread is small.
     fn spread(&self, locked: f64) -> f64 {
         let small = (locked + SMALL_SPREAD_GROWTH * self.weight).min(SMALL_SPREAD * self.weight);
         small.max(locked + SPREAD_GROWTH * self.weight)
@@ -72,13 +73,13 @@ impl Bounds {
 #[derive(Debug, Clone, Copy)]
 struct Node {
     outlook: Outlook,
-    /// What each wheel may lose: to the position of the rods alone, and in all (N).
+    /// Largest allowed loss of each wheel's load: to the position of the rods alone, and in all (N).
     may_lose: [ByWheel; 2],
-    /// What each angle may lose (rad).
+    /// Largest allowed loss of each stability angle (rad).
     angle_may_lose: ByWheel,
     /// The largest spread (N).
     spread: f64,
-    /// What is missing in S(12) for D = 0 at home, loads and angles.
+    /// Minus D at home by S(12), for loads and angles: the rest that makes D zero there.
     curve: [ByWheel; 2],
 }
 
@@ -187,7 +188,7 @@ impl Margins {
         }
     }
 
-    /// How a plan starts (m/s^2).
+    /// Returns the accelerations of the rods at the start of a plan (m/s^2).
     pub(super) fn start(&self, plan: Plan, rods: &Rods) -> ByRod {
         self.plans.at(plan, 0, rods, &self.home).1
     }
@@ -197,7 +198,7 @@ impl Margins {
         self.at(0, &self.here, a)
     }
 
-    /// S(20): how fast the acceleration of rods that move alike may change (m/s^3) on a platform that swings with this
+    /// S(20): largest rate of change of the acceleration of rods that move alike (m/s^3) on a platform that swings with this
     /// period (s).
     pub(super) fn affordable_jerk(&self, period: f64) -> f64 {
         let Some(node) = self.nodes.get((period / NODE_S).ceil() as usize) else {
@@ -218,7 +219,7 @@ impl Margins {
         std::f64::consts::TAU / period * most
     }
 
-    /// How many times m this margin is below zero.
+    /// Returns the deficit of a margin below zero, as a multiple of m.
     pub(super) fn missing(&self, margin: f64) -> f64 {
         let priority = PRIORITY * self.bounds.mean_load;
         let of_wheel = margin < -0.5 * priority;
@@ -240,8 +241,8 @@ impl Margins {
         least
     }
 
-    /// What a plan takes from the wheels that they cannot afford: the sum of squares over its nodes and what is left at
-    /// its end (N^2).
+    /// Returns the harm of a plan: the sum of squares of the load that the wheels lose beyond what they may, over its nodes, with
+    /// more weight on its end (N^2).
     pub(super) fn harm(&self, plan: Plan, rods: &Rods) -> f64 {
         let mut sum = 0.0;
         for node in 0..NODES {

@@ -14,7 +14,7 @@ pub struct Valve {
     opening: f64,
 }
 
-/// What a valve needs to know.
+/// Inputs of the valve law.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ValveInput {
     /// x_r: reference stroke (m).

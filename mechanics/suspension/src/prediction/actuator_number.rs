@@ -2,7 +2,7 @@
 
 use tipwatch_mechanics::number::{Gradient, Real};
 
-/// A number type for predictions, and the type `A` for what a single actuator moves.
+/// A number type for predictions, and the type `A` for bodies that a single actuator moves.
 pub(crate) trait FromActuator<A: Real>: Real {
     /// Converts the number of one actuator.
     fn from_actuator(alone: A, actuator: usize) -> Self;

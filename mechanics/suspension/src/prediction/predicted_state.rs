@@ -41,9 +41,9 @@ pub(crate) struct PredictedState<T: Real, A: Real = T> {
     pub(crate) com: Vector3<T>,
     /// Motion of the base.
     pub(crate) base: BodyMotion<T>,
-    /// By actuator.
+    /// Coordinates of each actuator.
     actuators: Vec<ActuatorCoordinates<A>>,
-    /// By carrier, for those that an actuator moves, relative to a base at rest.
+    /// Motion of each carrier that an actuator moves, relative to a base at rest.
     motions: Vec<BodyMotion<A>>,
     /// Moments and wrenches of the moved parts, by actuator.
     parts: Vec<Whole<A>>,
@@ -297,7 +297,7 @@ impl<T: FromActuator<A>, A: Real> PredictedState<T, A> {
 }
 
 impl Instant {
-    /// Fills it from a state with the given motion of the rods.
+    /// Fills the instant from a state with the given motion of the rods.
     pub(crate) fn fill(
         &mut self,
         suspended: &SuspendedMachine,

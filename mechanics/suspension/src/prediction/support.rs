@@ -26,7 +26,7 @@ pub(crate) struct Support<T: Real> {
 }
 
 impl<T: Real> Support<T> {
-    /// For wheels at rest relative to the base.
+    /// Returns the support by wheels at rest relative to the base.
     pub(crate) fn at_rest(centres: &[Vector3<T>], radii: &[T], radii_differ: bool) -> Self {
         let plane = ContactPlane::through(centres, radii, radii_differ);
         let none = zero();
@@ -43,7 +43,7 @@ impl<T: Real> Support<T> {
         }
     }
 
-    /// For wheels that move relative to the base; `centres` and `radii` are their present values.
+    /// Returns the support by wheels that move relative to the base; `centres` and `radii` are their present values.
     pub(crate) fn moving(
         moving_centres: &[Vector3<Jet<T>>],
         moving_radii: &[Jet<T>],

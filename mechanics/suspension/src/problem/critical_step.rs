@@ -25,7 +25,7 @@ pub struct CriticalStep {
     pub time: Option<f64>,
     /// Front minus rear load with all rods moving alike, derivative with respect to stroke (N/m).
     pub front_less_rear_by_position: f64,
-    /// The same with respect to the rods' acceleration (N s^2/m).
+    /// Derivative of that difference with respect to the rods' acceleration (N s^2/m).
     pub front_less_rear_by_acceleration: f64,
 }
 
@@ -39,7 +39,7 @@ const ACCELERATION: usize = 1;
 #[derive(Debug)]
 pub(crate) struct StepFinder {
     predicted_state: PredictedState<Response>,
-    /// By variable, loads by wheel.
+    /// Loads by wheel, for each variable.
     responses: [Vec<Response>; 2],
     rods: Vec<Motion<Response>>,
     /// 1 for wheels in front of the middle, -1 behind it.
@@ -60,7 +60,7 @@ impl StepFinder {
         }
     }
 
-    /// Computes it at an instant, with the rods at rest at `positions` (m); the variables are the individual rods
+    /// Computes the critical step at an instant, with the rods at rest at `positions` (m); the variables are the individual rods
     /// if they are `independent`, else one for all of them.
     pub(crate) fn find(
         &mut self,

@@ -97,7 +97,7 @@ where
         self.last = None;
     }
 
-    /// Solves it for rods that can all move: see [`Allowed::viable`].
+    /// Solves the problem for rods that can all move: see [`Allowed::viable`].
     pub(crate) fn solve(
         &mut self,
         suspended: &SuspendedMachine,

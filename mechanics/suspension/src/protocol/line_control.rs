@@ -14,7 +14,7 @@ use crate::error::SuspensionError;
 use crate::hydraulics::{Pressures, piston_force};
 use crate::replay::Replay;
 
-/// How long a command counts without the next one, and the longest time between states (s).
+/// Longest time for which a command counts without the next one, and longest time between states (s).
 const VALID_S: f64 = 0.1;
 /// Reasons to hold, named as onboard where they exist there.
 const INPUT: &str = "input";
@@ -24,7 +24,7 @@ const LATE: &str = "late";
 const REPEATED: &str = "repeated";
 const STARTING: &str = "starting";
 const ENDED: &str = "ended";
-/// How far the position of a rod's joint may be from the rod's stroke (m).
+/// Largest difference between the position of a rod's joint and the rod's stroke (m).
 const ROD_TOLERANCE_M: f64 = 5e-3;
 
 /// Answers the lines of one client.
@@ -39,7 +39,7 @@ pub struct LineControl<'a> {
     /// Measured force of each piston (N); NaN if unknown.
     pistons: [f64; MAX_ACTUATORS],
     checks: Plausibility,
-    /// Time of the present state by the client (s), if it tells it, and that of the state before.
+    /// Time of the present state by the client (s), if the client states it, and that of the state before.
     time_s: Number,
     before_s: Number,
     /// Time of the present state since the first line (s).
@@ -132,7 +132,7 @@ impl<'a> LineControl<'a> {
         Self::told(&command, vec![ENDED], [0.0; MAX_ACTUATORS])
     }
 
-    /// Closes the valves as fast as they go, and returns their openings. They follow again after some good states.
+    /// Closes the valves as fast as they go, and returns their openings. The valves follow again after some good states.
     fn close(&mut self, seconds: f64) -> [f64; MAX_ACTUATORS] {
         self.needed = GOOD_ROWS;
         self.keep_closed(seconds)
@@ -145,7 +145,7 @@ impl<'a> LineControl<'a> {
         self.controller.follow(&unknown[..self.actuators], seconds)
     }
 
-    /// The time since the state before (s), and what is wrong with it.
+    /// Returns the time since the state before (s), and its fault, if any.
     fn passed(&mut self) -> (f64, Option<&'static str>) {
         let step = self.controller.step_length();
         let before = std::mem::replace(&mut self.before_s, self.time_s);
@@ -207,7 +207,7 @@ impl<'a> LineControl<'a> {
         Ok(request.rods.into_iter().map(known).collect())
     }
 
-    /// Why the valves must not follow this state.
+    /// Returns the reasons for which the valves must not follow this state.
     fn doubts(&mut self, rods: &[f64]) -> Vec<&'static str> {
         let mut doubts = Vec::new();
         if self.has_input_fault() || !self.is_consistent(rods) {
@@ -248,7 +248,7 @@ impl<'a> LineControl<'a> {
         is_bad || vectors.iter().flatten().any(|x| !x.is_finite())
     }
 
-    /// Whether up is a unit vector, and rods are where their joints are.
+    /// Whether the up direction is a unit vector, and the rods' strokes agree with the positions of their joints.
     fn is_consistent(&self, rods: &[f64]) -> bool {
         let linkages = self.machine.suspension().map(|s| s.linkages.as_slice());
         let mut pairs = linkages.unwrap_or_default().iter().zip(rods);
@@ -309,7 +309,7 @@ impl<'a> LineControl<'a> {
         command
     }
 
-    /// Why the valves stay closed for rods at these strokes.
+    /// Returns the answer that keeps the valves closed for these reasons, with the rods at these strokes.
     fn held(
         &self,
         reasons: Vec<&'static str>,

@@ -56,7 +56,7 @@ pub struct Ready {
     pub(super) rods: Vec<String>,
     pub(super) step_s: f64,
     pub(super) stroke_m: [f64; 2],
-    /// How long a command counts without the next one (s).
+    /// Longest time for which a command counts without the next one (s).
     pub(super) valid_s: f64,
 }
 
@@ -70,7 +70,7 @@ pub enum Answer {
         status: &'static str,
         /// Whether the valves close.
         hold: bool,
-        /// Why they close; empty while they follow.
+        /// Reasons for which the valves close; empty while they follow.
         reasons: Vec<&'static str>,
         /// Stroke at the end of the step, by rod (m).
         position: Vec<f64>,
@@ -85,7 +85,7 @@ pub enum Answer {
     },
     /// An invalid line.
     Invalid {
-        /// What was expected, and what was found.
+        /// The error: the expected and the found content.
         error: String,
         /// True: the valves close.
         hold: bool,

@@ -19,7 +19,7 @@ const MAX_ROWS: usize = 4000;
 pub struct BestPostures {
     /// The rows used.
     pub rows: Vec<usize>,
-    /// That spread, (35) with each pair of wheels once, by row used (N).
+    /// Spread of the loads in that posture, (35) with each pair of wheels once, by row used (N).
     pub spread: Vec<f64>,
     /// The rod stroke of that posture (m).
     pub position: Vec<f64>,

@@ -28,9 +28,9 @@ pub enum SuspensionMotion {
 pub struct Comparison {
     /// The suspension.
     pub suspension: Suspension,
-    /// With the rods locked.
+    /// Motion with the rods locked.
     pub fixed: Track,
-    /// With the requested motion.
+    /// The requested motion.
     pub moved: Track,
     /// The best posture at rest, at a selection of rows.
     pub best: BestPostures,

@@ -27,7 +27,7 @@ pub(super) fn controlled(
     simulated(machine, rows, suspension, control, false)
 }
 
-/// Rods on cylinders whose valves stay closed: what locking gives where the oil yields.
+/// Replays the rods on cylinders whose valves stay closed: locked, but for the compliance of the oil.
 pub(super) fn held(
     machine: &Machine,
     rows: RecordedRows<'_>,

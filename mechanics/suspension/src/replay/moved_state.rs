@@ -22,7 +22,7 @@ use tipwatch_mechanics::{Outcome, Scope, Workspace, actuator_force, evaluate};
 /// Motion of all rods; zero beyond the machine's actuators.
 pub(super) type Rods = [Motion<f64>; MAX_ACTUATORS];
 
-/// The same strokes with the rods at rest.
+/// Returns the rods at rest at their strokes.
 pub(super) fn at_rest(rods: &Rods) -> Rods {
     rods.map(|rod| Motion::at_rest(rod.position))
 }
@@ -43,7 +43,7 @@ pub struct Replay {
 }
 
 impl Replay {
-    /// For a machine with a suspension.
+    /// Creates the replay of a machine with a suspension.
     ///
     /// # Errors
     /// [`SuspensionError`]: the machine has no suspension that can be controlled.
@@ -142,8 +142,8 @@ impl Replay {
         self.com_offset
     }
 
-    /// What the valve law knows of each rod's forces in a state: the measured one, from pressures or from a force
-    /// signal, and what the rod carries without acceleration of the rods. Unknown where none is measured.
+    /// Returns the forces on each rod in a state, for the valve law: the measured one, from pressures or from a force signal, and
+    /// the load without acceleration of the rods. Unknown where no force is measured.
     pub fn rod_forces(&mut self, state: &State<f64>) -> [RodForce; MAX_ACTUATORS] {
         let measured = self.measured_force.map(|joint| {
             let force = joint.and_then(|joint| state.actuator_force.get(joint));
@@ -153,7 +153,7 @@ impl Replay {
         self.carried(state, &rods, &measured)
     }
 
-    /// The same for rods with this motion, whose acceleration is disregarded, and these measured forces (N).
+    /// Returns the forces on rods with this motion, whose acceleration is disregarded, and these measured forces (N).
     pub fn carried(
         &mut self,
         state: &State<f64>,

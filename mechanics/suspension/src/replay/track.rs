@@ -20,13 +20,13 @@ pub struct Track {
     pub com: [Vec<f64>; 2],
     /// Smallest stability angle (rad).
     pub stability_angle: Vec<f64>,
-    /// By actuator.
+    /// Motion of each actuator's rod.
     pub rods: Vec<RodTrack>,
     /// Status of the last command; `None` without a command.
     pub status: Vec<Option<Status>>,
 }
 
-/// One actuator, by row.
+/// Motion of one actuator, by row.
 #[derive(Debug, Clone, Default)]
 pub struct RodTrack {
     /// Cylinder stroke (m).

@@ -58,7 +58,7 @@ pub(crate) struct Minimum<const N: usize> {
     pub(crate) evaluations: usize,
 }
 
-/// A search: the problem, and the work done so far.
+/// A search: the problem, and the evaluations so far.
 struct Search<F, const N: usize> {
     evaluate: F,
     evaluations: usize,

@@ -22,7 +22,7 @@ const BAND_S: f64 = 2.0;
 const COMPARED_S: f64 = 3.0;
 /// Shortest step between two rows that are compared (s), and longest.
 const STEP_S: [f64; 2] = [0.1, 1.0];
-/// Lean in the band that shows a joint (rad): five times what else leans a standing platform.
+/// Lean in the band by a joint that tests for its errors (rad): five times the lean of a standing platform by other causes.
 const SHOWN_LEAN: f64 = 1e-3;
 /// Turn (rad) and way (m) in three seconds that show the rest.
 const SHOWN_TURN: f64 = 0.5;
@@ -30,7 +30,7 @@ const SHOWN_WAY: f64 = 1.0;
 /// Fastest speed of a machine that stands (m/s).
 const STANDING: f64 = 0.1;
 
-/// What a log has not shown.
+/// An error of sensors that the motion in a log does not test for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Unshown {
     /// Sign, order and motion of a joint, by its index.
@@ -41,7 +41,7 @@ pub enum Unshown {
     Travel,
 }
 
-/// Sums up what a log shows, from its rows in time order.
+/// Sums up the motion of a log that tests for errors of sensors, from its rows in time order.
 #[derive(Debug, Clone)]
 pub struct Excitation {
     /// `None` where the platform's lean cannot be compared.
@@ -50,7 +50,7 @@ pub struct Excitation {
     joints: Vec<JointLean>,
     /// Time (ns) of the last row that was compared; `None` before the first.
     last_ns: Option<i64>,
-    /// Its joint positions.
+    /// Joint positions of that row.
     before: Vec<f64>,
     turned: LeakyIntegral<1>,
     gone: LeakyIntegral<1>,
@@ -68,7 +68,7 @@ struct JointLean {
 }
 
 impl Excitation {
-    /// Before the first row.
+    /// Creates the sums before the first row.
     #[must_use]
     pub fn new(machine: &Machine) -> Self {
         Self {
@@ -141,7 +141,7 @@ impl Excitation {
         self.before.extend(positions);
     }
 
-    /// What the rows have not shown.
+    /// Returns the errors of sensors for which the motion in the rows is no test.
     #[must_use]
     pub fn unshown(&self) -> Vec<Unshown> {
         let joints = self.joints.iter().filter(|it| it.largest < SHOWN_LEAN);
@@ -155,8 +155,8 @@ impl Excitation {
         all
     }
 
-    /// States what the rows have not shown, as the rows of `source` ("this log"): an error there is found only by a
-    /// check at the machine. `None` if they showed everything.
+    /// States the errors for which the rows of `source` ("this log") are no test: these errors are found only by a check at the
+    /// machine. `None` if the rows test for all of them.
     #[must_use]
     pub fn statement(&self, machine: &Machine, source: &str) -> Option<String> {
         let unshown = self.unshown();

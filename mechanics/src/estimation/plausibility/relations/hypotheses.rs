@@ -6,14 +6,15 @@ use super::super::explanation::Explanation;
 use super::likelihood::{Evidence, Mixture, Standing, log_density_of_other};
 use super::unknowns::Unknowns;
 
-/// What a relation compares in a window.
+/// Measurement of a window that a relation compares with its prediction.
 pub(super) struct Compared {
     /// Start of the window (ns).
     pub(super) start_ns: i64,
     pub(super) measured: Vector3<f64>,
     /// Scale of each component; infinite where it is not asked for.
     pub(super) sigma: Vector3<f64>,
-    /// How much the offset that is learned may have changed, and its effect on the difference.
+    /// Standard deviation of the change of the learned offset since the window before, and the change of the difference per
+    /// offset.
     pub(super) drift: f64,
     pub(super) per_offset: f64,
 }
@@ -41,7 +42,7 @@ struct Alternative {
 const HOUSING: f64 = 3.0;
 
 impl Alternative {
-    /// By what it leads before others, as a logarithm of likelihood.
+    /// Returns the score by which alternatives that stand are compared: log likelihood ratio plus log prior odds.
     fn lead(&self) -> f64 {
         let beforehand = match self.explanation {
             Explanation::HousingHalfTurn(_) | Explanation::HousingQuarterTurn(..) => HOUSING,
@@ -52,7 +53,8 @@ impl Alternative {
 }
 
 impl Hypotheses {
-    /// Of these alternatives and `Other` of each component; `offset` is the standard deviation of the offset that is learned.
+    /// Creates the hypotheses with these alternatives and `Other` of each component; `offset` is the standard deviation of the
+    /// offset that is learned.
     pub(super) fn new(
         mixture: Mixture,
         offset: f64,
@@ -109,25 +111,19 @@ impl Hypotheses {
         }
     }
 
-    /// What does not stand is forgotten.
+    /// Forgets the evidence of alternatives that do not stand.
     pub(super) fn forget(&mut self) {
         let alternatives = self.alternatives.iter_mut();
         alternatives.for_each(|it| it.evidence.forget());
     }
 
-    /// The evidence of every alternative.
-    pub(super) fn evidence(&self) -> impl Iterator<Item = (Explanation, f64)> {
-        let alternatives = self.alternatives.iter();
-        alternatives.map(|it| (it.explanation, it.evidence.value))
-    }
-
-    /// Whether an alternative of this probability beforehand is the more likely one by now.
+    /// Whether any alternative, with this prior probability, is now more likely than sound sensors.
     pub(super) fn is_disputed(&self, beforehand: f64) -> bool {
         let mut alternatives = self.alternatives.iter();
         alternatives.any(|it| it.evidence.disputes(beforehand))
     }
 
-    /// What the windows say against an alternative.
+    /// Returns the evidence of sound sensors against an alternative, as a log likelihood ratio; zero for an unknown alternative.
     pub(super) fn against(&self, explanation: Explanation) -> f64 {
         let mut alternatives = self.alternatives.iter();
         let found = alternatives.find(|it| it.explanation == explanation);
@@ -142,7 +138,7 @@ impl Hypotheses {
     }
 }
 
-/// Log density of each component of a residual, 0 where it is not asked for, and what it teaches of the offsets.
+/// Returns the log density of each component of a residual, 0 where it is not asked for, and updates the offsets by the residual.
 fn take(
     offsets: &mut [Unknowns<1>; 3],
     compared: &Compared,

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix2, UnitQuaternion, Vector2, Vector3};
 
-/// Bias of a gyro before it was seen at rest (rad/s), and how fast it changes (rad/s per square root of a second).
+/// Bias of a gyro before it was seen at rest (rad/s), and its random walk (rad/s per square root of a second).
 const BIAS: f64 = 0.01;
 const BIAS_DRIFT: f64 = 1e-4;
 /// Share of a rotation by which a gyro errs: its scale, and axes that are not square.
@@ -12,7 +12,7 @@ const ROCKS: f64 = 0.005;
 /// Rotation by the gyro of a platform at rest that has other causes than its bias (rad/s).
 const STIRS: f64 = 5e-4;
 
-/// What a window of time without acceleration measured: means and standard deviations of samples.
+/// Measurement of a window of time without acceleration: means and standard deviations of samples.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rest {
     /// Specific force (m/s^2, base axes).
@@ -39,7 +39,7 @@ pub(super) struct Inclination {
 }
 
 impl Inclination {
-    /// As a rest shows it.
+    /// Returns the inclination by the measurement of a rest.
     pub(super) fn at(rest: &Rest) -> Option<Self> {
         let up = rest.force.try_normalize(1e-9)?;
         let tilt = rest.tilt_sigma();
@@ -52,7 +52,7 @@ impl Inclination {
         Some(it)
     }
 
-    /// Carries it on over a step by the rotation that the gyro shows (rad), and returns the up direction after it.
+    /// Carries the up direction on over a step by the rotation of the gyro (rad), and returns it.
     pub(super) fn turn(&mut self, by_gyro: &Vector3<f64>, dt: f64) -> Vector3<f64> {
         let turn = UnitQuaternion::from_scaled_axis(self.bias * dt - by_gyro);
         self.up = turn * self.up;
@@ -62,7 +62,8 @@ impl Inclination {
         self.up
     }
 
-    /// Takes it that the gyro turned by this in a window (rad), with this standard deviation by its noise.
+    /// Widens the covariance by the errors of a rotation of the gyro in a window (rad), with this standard deviation by its
+    /// noise.
     pub(super) fn doubt(&mut self, turned: &Vector3<f64>, noise: f64) {
         let share = GYRO_SHARE * turned.norm();
         self.covariance[(0, 0)] += share * share + noise * noise;

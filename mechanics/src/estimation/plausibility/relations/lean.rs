@@ -12,18 +12,18 @@
 
 use nalgebra::{SVector, Vector2, Vector3};
 
-use super::super::explanation::{Axis, Explanation};
+use super::super::explanation::Explanation;
 use super::super::notice::Limits;
 use super::gyro::Gyro;
 use super::lean_model::{Lean, LeanModel};
 use super::likelihood::{Evidence, Mixture, Standing, log_density_of_other};
 use super::rolling::Rolled;
 use super::unknowns::Unknowns;
-use crate::machine::{Machine, Proof, Proofs};
+use crate::machine::{Axis, Machine, Proof, Proofs};
 
-/// Number of unknowns: bias about x and y, compliance about x and y, load, and what is drawn anew in each window.
+/// Number of unknowns: bias about x and y, compliance about x and y, load, and one that is drawn anew in each window.
 const UNKNOWNS: usize = 6;
-/// Bias of a gyro (rad/s), and how fast it changes (rad/s in a window).
+/// Bias of a gyro (rad/s), and its change in a window (rad/s).
 const BIAS: f64 = 0.005;
 const BIAS_DRIFT: f64 = 2e-5;
 /// Compliance relative to that stated, and where nothing is stated; the least of both; how fast it changes.
@@ -31,8 +31,8 @@ const STATED: f64 = 0.3;
 const UNSTATED: f64 = 1.5;
 const LEAST_COMPLIANCE: [f64; 2] = [0.3, 0.02];
 const COMPLIANCE_DRIFT: f64 = 0.02;
-/// Load on the tool, as a share of the mass of the machine: one that no stated mass excludes, one that nobody stated, and
-/// one that is taken up in a window.
+/// Load on the tool, as a share of the mass of the machine: one that the stated masses do not exclude, one that nobody stated,
+/// and one that is taken up in a window.
 const SMALL_LOAD: f64 = 0.005;
 const UNSTATED_LOAD: f64 = 0.1;
 const TAKEN_UP: f64 = 0.05;
@@ -47,22 +47,23 @@ const TURNED_BY_GROUND: f64 = 4.0;
 /// Shares of both leans by which the model errs, and of those about the other axis.
 const MODEL: f64 = 0.08;
 const ACROSS: f64 = 0.05;
-/// While a wheel is off the ground, which even ground would let it leave later or earlier: these instead (rad).
+/// Share of both leans by which the model errs, and lean by other causes (rad), while a wheel is off the ground: even ground
+/// would let it leave later or earlier.
 const MODEL_OFF: f64 = 0.3;
 const UNEXPLAINED_OFF: f64 = 3e-4;
 /// Probability beforehand that the sensor of a machine shows one of the alternatives: one in a hundred is wired, mounted or
 /// configured so, where nobody has tested it.
 pub(super) const BEFOREHAND: f64 = 0.01;
-/// The same that a machine takes up a load that nobody stated.
+/// Probability beforehand that a machine takes up a load that nobody stated.
 const LOADED_BEFOREHAND: f64 = 0.1;
 /// Speed that noise shows while the machine stands (m/s), and from which it travels.
 const STANDING: f64 = 0.04;
 const TRAVELLING: f64 = 0.2;
 /// Time in which the platform comes to rest on its tyres after it has travelled (s).
 const COMES_TO_REST_S: f64 = 1.5;
-/// Windows after a hole in which the filters still remember it.
+/// Number of windows after a hole in which the filters still remember it.
 const SETTLING: u32 = 2;
-/// What an encoder that moves refutes of its standstill.
+/// Log likelihood ratio that a moving encoder adds to the alternative of its standstill.
 const REFUTED: f64 = -5.0;
 const LEANS: Mixture = Mixture {
     outliers: 0.05,
@@ -73,9 +74,9 @@ const LEANS: Mixture = Mixture {
 #[derive(Debug, Clone)]
 pub(super) struct LeanRelation {
     model: LeanModel,
-    /// What stands for gravity, turned up (m/s^2); `None` before the first sample of the IMU.
+    /// Specific force that stands for gravity, upwards (m/s^2, base axes); `None` before the first sample of the IMU.
     up: Option<Vector3<f64>>,
-    /// Of an IMU on the base.
+    /// Whether there is an IMU on the base.
     has_imu: bool,
     gyro: Gyro,
     turned: Vector2<f64>,
@@ -84,11 +85,11 @@ pub(super) struct LeanRelation {
     joints_ns: Option<i64>,
     start_ns: Option<i64>,
     tool_ns: Option<i64>,
-    /// How much the ground may rock the platform, 0 to 1.
+    /// Degree to which the ground may rock the platform (0 to 1).
     rocking: f64,
     /// Whether every sample so far shows a machine that stands still; `None` once the first window is over.
     stood: Option<bool>,
-    /// At the last sample of joints.
+    /// State at the last sample of joints, and at the one before.
     last: Option<End>,
     before: Option<End>,
     settling: u32,
@@ -105,7 +106,7 @@ pub(super) struct LeanRelation {
 struct End {
     stamp_ns: i64,
     turned: Vector2<f64>,
-    /// How fast the platform turns (rad/s), smoothed.
+    /// Angular velocity of the platform about x and y (rad/s), smoothed.
     turning: Vector2<f64>,
     lean: Lean,
     /// Time since the sample of joints before (s).
@@ -118,14 +119,15 @@ struct Alternative {
     unknowns: Unknowns<UNKNOWNS>,
     /// Lean of the posture beyond that of the sound one at the end of the last window (rad).
     beyond: Vector2<f64>,
-    /// Position of its joint there.
+    /// Position of the alternative's joint then (rad or m).
     position: f64,
-    /// By how much its joint is off (rad or m), where something suggests that.
+    /// Offset of the alternative's joint (rad or m), where something suggests one.
     offset: Option<f64>,
     evidence: Evidence,
-    /// What speaks for sound sensors instead: of an offset, which something suggests, this decides, too.
+    /// Evidence of sound sensors against the alternative: it decides about an offset, too, once something suggests one.
     refuted: Evidence,
-    /// Of an encoder that stopped: whether that has ever been what explains a contradiction best. It may have lost its zero.
+    /// Of an alternative "encoder stopped": whether it has ever been the best explanation of a contradiction. The encoder may
+    /// have lost its zero.
     had_stopped: bool,
 }
 
@@ -212,7 +214,7 @@ impl LeanRelation {
         })
     }
 
-    /// A sample is faulty or missing: what it would predict proves nothing, and neither does evidence that has just begun.
+    /// Takes a faulty or missing sample: a prediction by it proves nothing, and neither does evidence that has just begun.
     pub(super) fn distrust(&mut self) {
         self.before = None;
         self.settling = SETTLING;
@@ -222,7 +224,7 @@ impl LeanRelation {
         }
     }
 
-    /// Weighs from now on whether a joint is off by so much; `None`: no longer.
+    /// Weighs from now on the alternative that a joint is off by `offset` (rad or m); `None`: no longer.
     pub(super) fn suppose_offset(&mut self, joint: usize, offset: Option<f64>) {
         let of_joint = Explanation::JointOffset(joint);
         let alternatives = self.alternatives.iter_mut();
@@ -235,7 +237,7 @@ impl LeanRelation {
         }
     }
 
-    /// A person says that these joints are right where they are now.
+    /// Trusts the present positions of these joints, as a person says.
     pub(super) fn trust(&mut self, signals: Proofs) {
         for it in self.alternatives.iter_mut().filter(|it| it.had_stopped) {
             if let Explanation::JointStopped(joint) = it.explanation
@@ -246,7 +248,25 @@ impl LeanRelation {
         }
     }
 
-    /// Whether the platform leans as that joint shows, and not as it would if the joint were off by what was supposed.
+    /// The joints whose encoder had stopped, as a contradiction has shown.
+    pub(super) fn had_stopped(&self) -> impl Iterator<Item = usize> {
+        let alternatives = self.alternatives.iter().filter(|it| it.had_stopped);
+        alternatives.filter_map(|it| match it.explanation {
+            Explanation::JointStopped(joint) => Some(joint),
+            _ => None,
+        })
+    }
+
+    /// The encoder of a joint had stopped in a session before, or before a restart.
+    pub(super) fn remember_stopped(&mut self, joint: usize) {
+        let stopped = Explanation::JointStopped(joint);
+        let alternatives = self.alternatives.iter_mut();
+        alternatives
+            .filter(|it| it.explanation == stopped)
+            .for_each(|it| it.had_stopped = true);
+    }
+
+    /// Whether the lean of the platform agrees with this joint's position, and refutes the offset that was supposed for it.
     pub(super) fn refutes_offset(&self, joint: usize) -> bool {
         let mut alternatives = self.alternatives.iter();
         alternatives
@@ -314,7 +334,7 @@ impl LeanRelation {
         self.turned += self.turning * step_s;
     }
 
-    /// Weighs what the windows up to `stamp_ns` show.
+    /// Weighs the windows up to `stamp_ns`.
     pub(super) fn weigh(&mut self, start_ns: i64, stamp_ns: i64) {
         let (Some(now), Some(up), true) = (self.last, self.up, self.has_imu) else {
             return;
@@ -496,12 +516,7 @@ impl LeanRelation {
         }
     }
 
-    pub(super) fn evidence(&self) -> impl Iterator<Item = (Explanation, f64)> {
-        let alternatives = self.alternatives.iter();
-        alternatives.map(|it| (it.explanation, it.evidence.value))
-    }
-
-    /// What the motion on all wheels has proven: every alternative about it is refuted.
+    /// Returns the signals that the motion on all wheels has proven: every alternative about them is refuted.
     pub(super) fn proven(&self) -> Proofs {
         let open = self.alternatives.iter().filter(|it| {
             // what else there may be is no error of one signal, and an offset is weighed where something suggests it
@@ -515,8 +530,8 @@ impl LeanRelation {
         open.fold(self.signals_of(Explanation::Other), Proofs::without)
     }
 
-    /// What an alternative is about that is the more likely one by now, against [`BEFOREHAND`], or that has been a contradiction, of an
-    /// encoder that moves again.
+    /// Returns the signals of each alternative that is more likely than sound sensors by now, with its prior probability (see
+    /// [`BEFOREHAND`]), or that was a contradiction about an encoder that moves again.
     pub(super) fn disputed(&self) -> Proofs {
         let likely = self.alternatives.iter().filter(|it| {
             let beforehand = match it.explanation {
@@ -529,7 +544,7 @@ impl LeanRelation {
         signals.fold(Proofs::NONE, Proofs::with)
     }
 
-    /// What an alternative is about.
+    /// Returns the signals that an alternative is about.
     fn signals_of(&self, explanation: Explanation) -> Proofs {
         let joints = |joints: &[usize]| joints.iter().copied().map(Proof::Joint).collect();
         let mut signals: Proofs = match explanation {
@@ -591,7 +606,7 @@ impl LeanRelation {
     }
 }
 
-/// What is compared in a window.
+/// Measured lean of a window, and its sensitivities to the unknowns.
 struct Compared {
     start_ns: i64,
     /// Whether every wheel carries load.
@@ -615,7 +630,7 @@ impl Compared {
         row
     }
 
-    /// Log density of the measured lean, and what it teaches of the unknowns.
+    /// Returns the log density of the measured lean, and updates the unknowns by it.
     fn take(
         &self,
         unknowns: &mut Unknowns<UNKNOWNS>,
@@ -644,7 +659,7 @@ impl Compared {
 }
 
 impl Alternative {
-    /// Whether nothing suggests it.
+    /// Whether the alternative is an offset that nothing suggests.
     fn is_asleep(&self) -> bool {
         matches!(self.explanation, Explanation::JointOffset(_)) && self.offset.is_none()
     }

@@ -1,4 +1,4 @@
-//! How the platform should lean, by the measured motion of the joints.
+//! Predicted lean of the platform by the measured motion of the joints.
 //!
 //! Over the point below the base origin on the ground, with the force F and the moment M of the weight and of what is measured
 //! on the tool, and the momentum P and angular momentum H of every body but the wheels, the tyres carry the load
@@ -30,17 +30,17 @@ pub(super) const SMOOTHED_S: f64 = 0.1;
 /// Time constant of the up direction of a machine that travels (s), and of one that stands.
 const LEVELLED_S: f64 = 3.0;
 const STANDING_S: f64 = 0.05;
-/// How far a machine sinks on tyres of unknown stiffness (m).
+/// Deflection of tyres of unknown stiffness under the machine (m).
 const USUAL_SINK: f64 = 0.015;
 /// Smallest load with which a wheel carries for certain, as a share of the mean load, and least determinant of the stiffness of the
 /// wheels that carry a platform without the others, as a share of that of all.
 const LEAST_LOAD: f64 = 0.02;
 const SOLVABLE: f64 = 1e-3;
 
-/// The model, and what it remembers.
+/// The model, with its filters.
 #[derive(Debug, Clone)]
 pub(super) struct LeanModel {
-    /// In the heap: the estimator is moved by value, and this is most of it.
+    /// The machine, in the heap: the estimator is moved by value, and this is most of it.
     machine: Box<Machine>,
     state: State<f64>,
     coordinates: Vec<Coordinate<f64>>,
@@ -51,14 +51,14 @@ pub(super) struct LeanModel {
     has_rate: Vec<bool>,
     /// Positions of the joints (rad or m), smoothed like the lean.
     smoothed: Vec<[LowPass<1>; 2]>,
-    /// Room for the others while these stand in for them.
+    /// Room for the exact positions while the smoothed ones stand in for them.
     exact: Vec<f64>,
     rolling: Rolling,
-    /// Whether the machine file states how the tyres deflect, and nothing else gives way.
+    /// Whether the machine file states the stiffness of the tyres, and nothing else gives way.
     pub(super) stiffness_is_known: bool,
     /// Plane by which the platform sinks per (W, -N_y, N_x).
     sink: Matrix3<f64>,
-    /// Of the sum that it inverts.
+    /// Determinant of the sum that `sink` inverts.
     determinant: f64,
     /// Stiffness of each tyre (N/m).
     stiffness: Vec<f64>,
@@ -82,19 +82,19 @@ pub(super) struct LeanModel {
     momentum: [LowPass<3>; 2],
 }
 
-/// What the platform stands on.
+/// Wheels that the platform stands on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Footing {
     AllWheels,
     FewerWheels,
-    /// No wheels carry it without the others: it tips.
+    /// No wheels carry the platform without the others: it tips.
     Tips,
 }
 
 /// A lean on tyres (rad).
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Tilted {
-    /// Of a platform that tips, the one with tyres that pull.
+    /// Lean (rad); of a platform that tips, the lean on tyres that pull.
     pub(super) angle: Vector2<f64>,
     pub(super) on: Footing,
 }
@@ -108,7 +108,7 @@ impl Tilted {
     }
 }
 
-/// How a platform leans on its tyres.
+/// Lean of a platform on its tyres.
 #[derive(Debug, Clone)]
 pub struct LeanOnTyres(LeanModel);
 
@@ -120,7 +120,7 @@ impl LeanOnTyres {
         machine.suspension().is_none().then_some(Self(model))
     }
 
-    /// Whether the machine file states how far the tyres deflect.
+    /// Whether the machine file states the stiffness of the tyres, and nothing else gives way.
     #[must_use]
     pub fn stiffness_is_stated(&self) -> bool {
         self.0.stiffness_is_known
@@ -149,7 +149,7 @@ impl LeanOnTyres {
 pub(super) struct Lean {
     /// About x and y (rad), smoothed, but for a constant.
     pub(super) angle: Vector2<f64>,
-    /// By how much a load on the end of the arm leans the platform (rad/kg); zero without an arm.
+    /// Lean by a load on the end of the arm (rad/kg); zero without an arm.
     pub(super) by_load: Vector2<f64>,
     /// Whether every wheel carries load.
     pub(super) is_on_all_wheels: bool,
@@ -238,8 +238,8 @@ impl LeanModel {
         (self.smoothed.iter_mut().flatten()).for_each(LowPass::reset);
     }
 
-    /// Takes the specific force in base axes, and how much the ground may rock the platform, 0 to 1. Returns what
-    /// stands for gravity, turned up (m/s^2).
+    /// Takes the specific force in base axes, and the degree to which the ground may rock the platform (0 to 1). Returns the
+    /// specific force that stands for gravity, upwards (m/s^2).
     pub(super) fn level(&mut self, dt: f64, force: &Vector3<f64>, rocking: f64) -> Vector3<f64> {
         let slow = self.slow_up.step(dt, force);
         let slow = slow.try_normalize(1e-3).unwrap_or_else(Vector3::z);
@@ -405,20 +405,20 @@ impl LeanModel {
         self.load(mass, &first, up)
     }
 
-    /// The load (W, -N_y, N_x) of masses at rest, by their first moment (kg m), and of what is measured on the tool.
+    /// Returns the load (W, -N_y, N_x) of masses at rest, by their first moment (kg m), and of the measured tool wrench.
     fn load(&self, mass: f64, first: &Vector3<f64>, up: &Vector3<f64>) -> Vector3<f64> {
         let [force, moment] = self.on_tool();
         load_of(&(up * mass - force), &(first.cross(up) - moment))
     }
 
-    /// Takes what a state carries: its payloads and what is measured on the tool.
+    /// Takes the load of a state: its payloads and the measured tool wrench.
     pub(super) fn carry(&mut self, state: &State<f64>) {
         let shares = &mut self.state.payload_share;
         shares.copy_from_slice(&state.payload_share);
         self.tool_wrench = [state.tool_wrench.force, state.tool_wrench.moment];
     }
 
-    /// The same in the smoothed posture, as late as the smoothed lean, with other positions of some joints.
+    /// Returns the lean at rest in the smoothed posture, as late as the smoothed lean, with other positions of some joints.
     pub(super) fn lean_with(
         &mut self,
         changed: &[(usize, f64)],
@@ -472,8 +472,8 @@ impl LeanModel {
         }
     }
 
-    /// Moves all bodies by `carry`. `visit` receives the motion and inertia of each body and of each payload, how much of it is
-    /// attached, 0 to 1, and whether it spins as a wheel. Returns whether a load of unknown mass is attached.
+    /// Moves all bodies by `carry`. `visit` receives the motion and inertia of each body and of each payload, its attached share
+    /// (0 to 1), and whether it spins as a wheel. Returns whether a load of unknown mass is attached.
     #[inline(always)]
     fn move_bodies(
         &mut self,
@@ -553,7 +553,7 @@ impl LeanModel {
     }
 }
 
-/// Sums over all bodies and what is attached to them, about the point on the ground.
+/// Sums over all bodies and the payloads attached to them, about the point on the ground.
 pub(super) struct Weighed {
     /// Mass (kg) and first moment (kg m).
     mass: f64,

@@ -1,4 +1,4 @@
-//! How probable a residual is, and the evidence of an alternative against "all sensors are sound".
+//! Likelihood of a residual, and the evidence of an alternative against "all sensors are sound".
 //!
 //! Residuals of sound logs have heavy tails, and now and then something that no relation models: a kerb, a slipping wheel, a
 //! knock. So their density is a mixture,
@@ -25,12 +25,15 @@ const CLEARED: f64 = 0.25;
 /// Largest evidence as a multiple of the threshold, so that a fault that ends can be forgotten.
 const LARGEST: f64 = 1.5;
 
+/// Log likelihood ratio from which windows support a sensor against an alternative: some twenty to one.
+const SUPPORTS: f64 = 3.0;
+
 /// The mixture of a relation.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Mixture {
     /// Share e of windows that the relation does not model.
     pub(super) outliers: f64,
-    /// What the residual can be there, in its unit.
+    /// Scale of the residual in those windows, in its unit.
     pub(super) range: f64,
 }
 
@@ -42,8 +45,8 @@ impl Mixture {
     }
 }
 
-/// Logarithm of the density of a residual of a relation that does not hold, for a reason that is not stated: so many times
-/// wider than its scale, each equally likely beforehand.
+/// Returns the logarithm of the density of a residual of a relation that does not hold, for a reason that is not stated: a
+/// mixture of several multiples of its scale, each equally likely beforehand.
 pub(super) fn log_density_of_other(residual: f64, scale: f64) -> f64 {
     const WIDER: [f64; 4] = [4.0, 16.0, 64.0, 256.0];
     let sum: f64 = WIDER
@@ -65,19 +68,21 @@ pub fn student(x: f64, scale: f64) -> f64 {
 pub(super) struct Evidence {
     /// Logarithm of the likelihood ratio.
     pub(super) value: f64,
-    /// Since when it grows (ns).
+    /// Stamp since which the value grows (ns).
     pub(super) since_ns: i64,
     stands: bool,
     /// The value without its limit, which tells of two that have reached that which explains more.
     pub(super) sum: f64,
-    /// Over all windows.
+    /// Sum over all windows.
     pub(super) total: f64,
-    /// The value without what a hole resets, and without what proves nothing against the alternative.
+    /// Start (ns) of the last windows with which the sensor had been supported, each time by [`SUPPORTS`], with `total` then.
+    supported: [(i64, f64); 2],
+    /// The value, neither reset by holes nor reduced by windows that prove nothing against the alternative.
     remembered: f64,
-    /// The same for "all sensors are sound" against it, and whether that has exceeded the threshold.
+    /// The evidence for "all sensors are sound" against the alternative, and whether that has exceeded the threshold.
     against: f64,
     is_refuted: bool,
-    /// Whether it has ever stood.
+    /// Whether the alternative has ever stood.
     has_stood: bool,
 }
 
@@ -94,6 +99,10 @@ impl Evidence {
         self.total += ratio;
         let largest = LARGEST * threshold;
         self.value = (self.value + ratio).clamp(0.0, largest);
+        let [_, last] = self.supported;
+        if self.value == 0.0 && last.1 - self.total > SUPPORTS {
+            self.supported = [last, (start_ns, self.total)];
+        }
         self.remembered = (self.remembered + ratio).clamp(0.0, largest);
         self.stands = self.value
             > if self.stands {
@@ -106,7 +115,7 @@ impl Evidence {
         self.is_refuted |= self.against > threshold;
     }
 
-    /// The same of a window that may speak for the alternative and proves nothing against it.
+    /// Adds the log likelihood ratio of a window that may speak for the alternative and proves nothing against it.
     pub(super) fn add_unproven(&mut self, start_ns: i64, ratio: f64, threshold: f64) {
         let before = (self.against, self.is_refuted, self.remembered);
         self.add(start_ns, ratio, threshold);
@@ -115,30 +124,40 @@ impl Evidence {
         }
     }
 
-    /// Whether the windows have refuted it, as surely as they would have to show it, and have never shown it.
+    /// Returns the stamp since which the alternative may be true (ns): the value grows where windows speak for it, and before that
+    /// they may have told nothing. Windows had last supported the sensor then; zero if they never did.
+    pub(super) fn possible_since_ns(&self) -> i64 {
+        self.supported[0].0.min(self.since_ns)
+    }
+
+    /// Whether the windows have refuted the alternative, as surely as they would have to show it, and have never shown it.
     pub(super) fn is_refuted(&self) -> bool {
         self.is_refuted && !self.has_stood
     }
 
-    /// What the windows say against it.
+    /// Returns the evidence of sound sensors against the alternative, as a log likelihood ratio.
     pub(super) fn against(&self) -> f64 {
         self.against
     }
 
-    /// Whether the windows have raised an alternative of this probability beforehand above all sensors being sound, as a cumulative
-    /// sum that begins where it helps the alternative most. Only windows that speak against it take that back: no hole does.
+    /// Whether the windows have made the alternative more likely than sound sensors, from this prior probability, by a cumulative
+    /// sum that begins where it helps the alternative most. Only windows that speak against the alternative take that back: no
+    /// hole does.
     pub(super) fn disputes(&self, beforehand: f64) -> bool {
         self.remembered > -beforehand.ln()
     }
 
-    /// Whether it exceeds the threshold, or did and has not been refuted since.
+    /// Whether the evidence exceeds the threshold, or did and has not been refuted since.
     pub(super) fn stands(&self) -> bool {
         self.stands
     }
 
-    /// What does not stand is forgotten: the signals have a hole. What was refuted before it stays refuted.
+    /// Forgets evidence that does not stand, at a hole in the signals. Alternatives that were refuted before the hole stay
+    /// refuted.
     pub(super) fn forget(&mut self) {
         if !self.stands {
+            // what is forgotten supports nothing
+            self.supported[1].1 += self.value;
             (self.value, self.since_ns) = (0.0, 0);
         }
     }
@@ -177,6 +196,33 @@ mod tests {
         evidence.add(3, largest, threshold);
         assert!(evidence.stands());
         assert_eq!(evidence.since_ns, 1);
+    }
+
+    #[test]
+    fn an_alternative_may_be_true_since_the_sensor_was_last_supported() {
+        let mut evidence = Evidence::default();
+        (1..10).for_each(|k| evidence.add(k, -2.0, 20.0));
+        // the arm rests, and the sensor fails
+        (10..15).for_each(|k| evidence.add(k, -0.1, 20.0));
+        (15..18).for_each(|k| evidence.add(k, 9.0, 20.0));
+        assert!(evidence.stands());
+        assert_eq!(evidence.since_ns, 15);
+        assert!((5..10).contains(&evidence.possible_since_ns()));
+        let mut untold = Evidence::default();
+        (15..18).for_each(|k| untold.add(k, 9.0, 20.0));
+        assert_eq!(untold.possible_since_ns(), 0);
+    }
+
+    #[test]
+    fn a_hole_supports_no_sensor() {
+        let mut evidence = Evidence::default();
+        (1..10).for_each(|k| evidence.add(k, -2.0, 20.0));
+        let supported_ns = |evidence: &Evidence| evidence.supported.map(|(start_ns, _)| start_ns);
+        let before = supported_ns(&evidence);
+        evidence.add(10, 9.0, 20.0);
+        evidence.forget();
+        (11..14).for_each(|k| evidence.add(k, -0.1, 20.0));
+        assert_eq!(supported_ns(&evidence), before);
     }
 
     #[test]

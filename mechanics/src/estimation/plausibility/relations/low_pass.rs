@@ -2,12 +2,12 @@
 
 use nalgebra::SVector;
 
-/// What is left of a value that has died away with this time constant for `dt` seconds, as a share of it.
+/// Returns the share of a value that is left after decaying for `dt` seconds with this time constant.
 pub(super) fn left(dt: f64, time_constant_s: f64) -> f64 {
     (-dt / time_constant_s).exp()
 }
 
-/// What a low-pass filter with this time constant takes over of an input that has lasted for `dt` seconds.
+/// Returns the share of a step of the input that a low-pass filter with this time constant follows within `dt` seconds.
 pub(super) fn share(dt: f64, time_constant_s: f64) -> f64 {
     1.0 - left(dt, time_constant_s)
 }
@@ -36,7 +36,8 @@ impl<const N: usize> LowPass<N> {
         self.step_by(share(dt, self.time_constant_s), input)
     }
 
-    /// The same with the [`share`] of this step: filters of one time constant share the exponential.
+    /// Takes an input with the [`share`] of this step, and returns the filtered value: filters of one time constant share the
+    /// exponential.
     pub(super) fn step_by(&mut self, share: f64, input: &SVector<f64, N>) -> SVector<f64, N> {
         let before = self.value.unwrap_or(*input);
         let next = before + (input - before) * share;

@@ -16,7 +16,7 @@
 //! A row of it is judged window by window: see [`window`]. The density of the residual if all sensors are sound
 //! ([`likelihood`]) contains the noise that the samples themselves show, what is not known beforehand and is learned
 //! ([`unknowns`]: biases, the compliance of tyres and ground), and an error of the model. Against it stand alternatives
-//! ([`Explanation`]). A relation cannot tell which of its sensors is wrong. Where nothing moves, nothing is shown.
+//! ([`Explanation`](super::Explanation)). A relation cannot tell which of its sensors is wrong. Where nothing moves, nothing is shown.
 
 mod band;
 mod excitation;
@@ -40,7 +40,6 @@ mod window;
 use nalgebra::{Matrix3, Vector3};
 
 use super::attitude::up_direction;
-use super::explanation::Explanation;
 use super::false_alarms;
 use super::fault::{Finding, Part, YawBy};
 use super::notice::{Found, Note, Notice, Rules};
@@ -59,8 +58,8 @@ use tilt::TiltRelation;
 use turn::{TurnRelation, WayRelation};
 use window::{Accumulated, WINDOW_S};
 
-/// Turn of the platform in a window from which it is turned over, or thrown about (rad), and for how long what the wheels
-/// and the odometry say is not asked for then (ns).
+/// Turn of the platform in a window from which it is turned over, or thrown about (rad), and the time for which wheels and
+/// odometry are not compared then (ns).
 const TURNED_OVER: f64 = 0.15;
 const AFTERWARDS_NS: i64 = 2_000_000_000;
 /// Alternatives that are weighed, about: the threshold depends on the logarithm of their number.
@@ -72,7 +71,7 @@ pub(in crate::estimation) struct Relations {
     rules: Rules,
     window: Accumulated,
     start_ns: Option<i64>,
-    /// What the wheels and the odometry say is not asked for before this stamp.
+    /// Stamp before which wheels and odometry are not compared (ns).
     silent_until_ns: i64,
     base_from_imu: Matrix3<f64>,
     has_imu: bool,
@@ -85,10 +84,9 @@ pub(in crate::estimation) struct Relations {
     /// Joints of the arm.
     arm: Vec<usize>,
     offsets: Offsets,
-    /// By stream: its joints.
+    /// Joints of each stream.
     joints: Vec<Vec<usize>>,
-    threshold: f64,
-    /// What the windows so far have proven, and what they make unlikely.
+    /// Signals that the windows so far have proven, and signals that they make unlikely to be right.
     proven: Proofs,
     disputed: Proofs,
 }
@@ -123,14 +121,13 @@ impl Relations {
             arm: of_arm(machine).collect(),
             offsets: Offsets::new(machine),
             joints: streams.map(|stream| stream.joints.clone()).collect(),
-            threshold,
             proven: Proofs::NONE,
             disputed: Proofs::NONE,
         }
     }
 
-    /// Takes a sample that was checked by itself, and appends what contradicts each other to `findings`. One of joints that is not
-    /// whole, because some of them repeat their last value, compares nothing; what was found of a joint in it stands.
+    /// Takes a sample that was checked by itself, and appends the contradictions to `findings`. A sample of joints of which some
+    /// repeat their last value compares nothing; earlier findings about a joint in it stand.
     pub(in crate::estimation) fn step(
         &mut self,
         sample: &Sample<'_>,
@@ -229,7 +226,7 @@ impl Relations {
         self.window.take_wheels(sample.stamp_ns, rolled);
     }
 
-    /// Ends the window if it is long enough, and weighs what it shows.
+    /// Ends the window if it is long enough, and weighs its measurements.
     fn finish_window(&mut self, stamp_ns: i64) {
         let start_ns = *self.start_ns.get_or_insert(stamp_ns);
         let elapsed_s = self.rules.limits.elapsed_s(start_ns, stamp_ns);
@@ -266,7 +263,7 @@ impl Relations {
         self.prove();
     }
 
-    /// Reports what stands, with the samples of the sensor that it is about.
+    /// Reports the explanations that stand, with the samples of the sensor that each is about.
     fn report(&mut self, sample: &Sample<'_>, findings: &mut Vec<Finding>) {
         let policies = &self.rules.policies;
         let mut note = Note::new(findings, policies, sample);
@@ -298,12 +295,12 @@ impl Relations {
 }
 
 impl Relations {
-    /// The joints that contradict themselves since they jumped.
+    /// Returns the doubts about joints that contradict themselves since they jumped.
     pub(in crate::estimation) fn offsets(&self) -> impl Iterator<Item = SignalDoubt> {
         self.offsets.doubts()
     }
 
-    /// A joint jumped in a session before, by so much, of which so much may be motion.
+    /// Remembers the jump of a joint in an earlier session: its size, and the part of it that may be motion (rad or m).
     pub(in crate::estimation) fn remember_offset(&mut self, joint: usize, by: f64, moved: f64) {
         let supposed = self.offsets.remember(joint, by, moved);
         if let Some(lean) = &mut self.lean {
@@ -311,7 +308,21 @@ impl Relations {
         }
     }
 
-    /// A person trusts these joints where they are now.
+    /// The joints whose encoder had stopped, as the lean of the platform has contradicted.
+    pub(in crate::estimation) fn had_stopped(&self) -> impl Iterator<Item = SignalDoubt> {
+        let joints = self.lean.iter().flat_map(LeanRelation::had_stopped);
+        joints.map(SignalDoubt::stopped_once)
+    }
+
+    /// The encoder of a joint had stopped in a session before, or before a restart.
+    pub(in crate::estimation) fn remember_stopped(&mut self, joint: usize) {
+        if let Some(lean) = &mut self.lean {
+            lean.remember_stopped(joint);
+        }
+        self.prove();
+    }
+
+    /// Trusts the present positions of these joints, as a person says.
     pub(in crate::estimation) fn trust(&mut self, signals: Proofs) {
         if let Some(lean) = &mut self.lean {
             lean.trust(signals);
@@ -324,44 +335,25 @@ impl Relations {
         }
         self.offsets.trust(signals);
     }
-
-    /// The evidence of every alternative so far, and the threshold.
-    pub(in crate::estimation) fn evidence(&self) -> (Vec<(Part, Explanation, f64)>, f64) {
-        let mut all = Vec::new();
-        let mut add = |part, of: &mut dyn Iterator<Item = (Explanation, f64)>| {
-            all.extend(of.map(|(explanation, value)| (part, explanation, value)));
-        };
-        add(Part::Rotation, &mut self.rotation.evidence());
-        add(self.force.part(), &mut self.force.evidence());
-        for turn in &self.turns {
-            add(Part::Yaw(turn.by), &mut turn.evidence());
-        }
-        add(Part::Rolling, &mut self.way.evidence());
-        add(Part::Tilt, &mut self.tilt.evidence());
-        if let Some(lean) = &self.lean {
-            add(Part::Lean, &mut lean.evidence());
-        }
-        (all, self.threshold)
-    }
 }
 
 impl Relations {
-    /// What the motion so far has proven: each alternative about it is refuted. The mounting of the accelerometer is not
-    /// among it: the slope of the ground is unknown.
+    /// Returns the signals that the motion so far has proven: each alternative about them is refuted. The mounting of the
+    /// accelerometer is not among them: the slope of the ground is unknown.
     pub(in crate::estimation) fn proven(&self) -> Proofs {
         self.proven
     }
 
-    /// The probability that each joint of the arm has the other sign, by the windows so far; where the lean is not compared, that
-    /// of one that nobody has tested.
+    /// Returns the probability that each joint of the arm has the other sign, by the windows so far; where the lean is not
+    /// compared, the probability of a joint that nobody has tested.
     pub(in crate::estimation) fn reversed(&self) -> Vec<(usize, f64)> {
         let refuted = |explanation| self.rotation.against(explanation);
         let untested = || self.arm.iter().map(|&joint| (joint, BEFOREHAND)).collect();
         (self.lean.as_ref()).map_or_else(untested, |lean| lean.reversed(refuted))
     }
 
-    /// What the motion so far makes unlikely, without refuting it: an alternative is more likely by now, although one in a hundred
-    /// sensors is wired so.
+    /// Returns the signals that the motion so far makes unlikely to be right, without refuting them: an alternative is more
+    /// likely by now, although only one in a hundred sensors is wired so.
     pub(in crate::estimation) fn disputed(&self) -> Proofs {
         self.disputed
     }
@@ -390,11 +382,8 @@ impl Relations {
 
 fn tell(standing: Standing, found: &mut Found<'_>) {
     if let Some((explanation, evidence, threshold)) = standing {
-        found(Notice::contradiction(
-            evidence.since_ns,
-            evidence.value,
-            threshold,
-            explanation,
-        ));
+        let notice =
+            Notice::contradiction(evidence.since_ns, evidence.value, threshold, explanation);
+        found(notice.possible_since(evidence.possible_since_ns()));
     }
 }

@@ -2,12 +2,12 @@
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
-use super::super::explanation::{Axis, Explanation, SpeedUnit};
+use super::super::explanation::{Explanation, SpeedUnit};
 use super::super::fault::Part;
 use super::hypotheses::{Compared, Hypotheses};
 use super::likelihood::{Mixture, Standing};
 use super::window::Window;
-use crate::machine::Machine;
+use crate::machine::{Axis, Machine};
 
 /// Gyro against attitude.
 ///
@@ -23,7 +23,7 @@ pub(super) struct RotationRelation {
     heading_moves: bool,
 }
 
-/// From so many standard deviations of its noise on a motion says anything of a sensor that would show none of it, or another.
+/// Multiple of the standard deviation of its noise from which a motion tests a sensor that would show none of it, or another.
 const MOVES: f64 = 5.0;
 
 /// The share of a motion that stands out of its noise, from 0 to 1. By noise alone a machine that rests agrees better with
@@ -33,7 +33,7 @@ fn share_of_motion(motion: &Vector3<f64>, noise: f64) -> f64 {
     (1.0 - least * least / motion.norm_squared()).max(0.0)
 }
 
-/// Bias of a gyro (rad/s), and how fast it changes (rad/s in a window).
+/// Bias of a gyro (rad/s), and its change in a window (rad/s).
 const GYRO_BIAS: f64 = 0.01;
 const GYRO_BIAS_DRIFT: f64 = 2e-4;
 /// Share of the rotation by which a gyro errs: scale, axes that are not square, lag of the attitude's own filter.
@@ -121,11 +121,8 @@ impl RotationRelation {
         }
     }
 
-    pub(super) fn evidence(&self) -> impl Iterator<Item = (Explanation, f64)> {
-        self.inclination.evidence().chain(self.heading.evidence())
-    }
-
-    /// Whether an alternative of this probability beforehand is the more likely one; a compass near a steel arm shows none.
+    /// Whether an alternative about the inclination, with this prior probability, is now more likely than sound sensors. The
+    /// heading does not count: a compass near a steel arm is wrong.
     pub(super) fn is_disputed(&self, beforehand: f64) -> bool {
         self.inclination.is_disputed(beforehand)
     }
@@ -134,7 +131,7 @@ impl RotationRelation {
         self.inclination.standing().or(self.heading.standing())
     }
 
-    /// What the attitude says against an alternative of the gyro about x and y.
+    /// Returns the evidence of the attitude against an alternative of the gyro about x and y, as a log likelihood ratio.
     pub(super) fn against(&self, explanation: Explanation) -> f64 {
         self.inclination.against(explanation)
     }
@@ -154,15 +151,15 @@ impl RotationRelation {
 #[derive(Debug, Clone)]
 pub(super) struct SpecificForceRelation {
     gravity: f64,
-    /// Of the IMU (m, base axes).
+    /// Position of the IMU (m, base axes).
     position: Vector3<f64>,
     by_odometry: Hypotheses,
     by_wheels: Hypotheses,
     uses_wheels: bool,
 }
 
-/// Difference of a sound accelerometer and a sound attitude that does not change: so many times as large as their stated
-/// standard deviations together; and how fast it changes (m/s^2 in a window).
+/// Constant difference between a sound accelerometer and a sound attitude, as a multiple of their stated standard deviations
+/// together, and its change in a window (m/s^2).
 const BIAS_SPREAD: f64 = 3.0;
 const FORCE_BIAS_DRIFT: f64 = 0.01;
 /// Mean specific force that has other causes (m/s^2).
@@ -200,7 +197,7 @@ impl SpecificForceRelation {
         }
     }
 
-    /// Which relation it is: with the odometry or with the wheels.
+    /// Returns the part that the relation is about: comparison with the odometry, or with the wheels.
     pub(super) fn part(&self) -> Part {
         match self.uses_wheels {
             true => Part::Drive,
@@ -298,15 +295,8 @@ impl SpecificForceRelation {
         });
     }
 
-    pub(super) fn evidence(&self) -> impl Iterator<Item = (Explanation, f64)> {
-        match self.uses_wheels {
-            true => self.by_wheels.evidence(),
-            false => self.by_odometry.evidence(),
-        }
-    }
-
-    /// Whether an alternative of this probability beforehand is the more likely one by now, by the odometry or by the wheels: what
-    /// one has shown holds while the other is used.
+    /// Whether an alternative, with this prior probability, is now more likely than sound sensors, by the odometry or by the
+    /// wheels: what one of both has shown holds while the other is used.
     pub(super) fn is_disputed(&self, beforehand: f64) -> bool {
         self.by_wheels.is_disputed(beforehand) || self.by_odometry.is_disputed(beforehand)
     }

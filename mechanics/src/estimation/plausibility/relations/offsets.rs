@@ -25,23 +25,23 @@ pub(super) struct Offsets {
 #[derive(Debug, Clone, Copy)]
 struct Offset {
     joint: usize,
-    /// `None` if it jumped before the first sample.
+    /// Stamp of the jump (ns); `None` if the joint jumped before the first sample.
     since_ns: Option<i64>,
-    /// Sum of the jumps (rad or m), and what of it may be motion.
+    /// Sum of the jumps, and the part of it that may be motion (rad or m).
     by: f64,
     moved: f64,
 }
 
 impl Offset {
-    /// Whether it is known by how much the joint is off, so that the lean may decide between that and no offset. Of one that has lost
-    /// counts it is not.
+    /// Whether the size of the jump is known, so that the lean may decide between this offset and none. It is unknown for a joint
+    /// that has lost counts.
     fn is_determined(&self) -> bool {
         self.by.abs() > self.moved
     }
 }
 
 impl Offsets {
-    /// None yet, and room for one of each joint.
+    /// Creates the list without jumps, with room for one of each joint.
     pub(super) fn new(machine: &Machine) -> Self {
         let joints = 0..machine.joints().len();
         let fastest: Vec<f64> = joints
@@ -53,7 +53,7 @@ impl Offsets {
         }
     }
 
-    /// What stands.
+    /// Returns the doubts about joints whose jumps stand.
     pub(super) fn doubts(&self) -> impl Iterator<Item = SignalDoubt> {
         self.standing.iter().map(|it| SignalDoubt {
             signal: Proof::Joint(it.joint),
@@ -62,7 +62,7 @@ impl Offsets {
         })
     }
 
-    /// A joint jumped before the first sample. Returns by how much it is off, if that is known.
+    /// Remembers the jump of a joint before the first sample. Returns the error of the joint, if that is known.
     pub(super) fn remember(&mut self, joint: usize, by: f64, moved: f64) -> Option<f64> {
         self.standing.retain(|it| it.joint != joint);
         let offset = Offset {
@@ -75,7 +75,7 @@ impl Offsets {
         offset.is_determined().then_some(by)
     }
 
-    /// A person trusts these joints where they are now.
+    /// Trusts the present positions of these joints, as a person says.
     pub(super) fn trust(&mut self, signals: Proofs) {
         self.standing
             .retain(|it| !signals.has(Proof::Joint(it.joint)));
@@ -153,7 +153,8 @@ impl Offsets {
         self.standing.iter().find(|it| it.joint == joint)
     }
 
-    /// That a joint contradicts itself since it jumped; of one that jumped before, since the first sample, which is at `stamp_ns`.
+    /// Returns the notice that a joint contradicts itself since it jumped; for a joint that jumped before the first sample, since
+    /// that sample, at `stamp_ns`.
     pub(super) fn standing(&mut self, joint: usize, stamp_ns: i64) -> Option<Notice> {
         let known = self.standing.iter_mut().find(|it| it.joint == joint)?;
         let since_ns = *known.since_ns.get_or_insert(stamp_ns);
@@ -169,7 +170,8 @@ mod tests {
     use crate::machine::Policy;
     use crate::state::Sensor;
 
-    /// By how much a joint is off after jumps, each with what of it may be motion, and what of that may be; `None`: it is back.
+    /// Returns the error of a joint after jumps, each with the part of it that may be motion, and that part of the error; `None`
+    /// once the joint is back.
     fn off(jumps: &[[f64; 2]]) -> Option<[f64; 2]> {
         let mut offsets = Offsets {
             standing: Vec::new(),
@@ -183,6 +185,7 @@ mod tests {
                 component: Component::Value,
                 policy: Policy::Invalid,
                 since_ns: stamp_ns,
+                possible_since_ns: stamp_ns,
                 stamp_ns,
                 measure: by,
                 limit: f64::NAN,

@@ -38,9 +38,9 @@ pub(in super::super) struct Rolled {
     pub(in super::super) speed: f64,
     /// Angular velocity about the vertical by the speeds of the wheels (rad/s).
     pub(in super::super) by_speeds: Option<f64>,
-    /// The same by how they are steered.
+    /// Angular velocity about the vertical by the steering of the wheels (rad/s).
     pub(in super::super) by_steering: Option<f64>,
-    /// How much the wheels contradict each other: one that slips, spins in the air or stands still (m/s).
+    /// Contradiction between the speeds of the wheels (m/s): a wheel slips, spins in the air or stands still.
     pub(in super::super) slip: f64,
     /// Circumferential speed of the fastest wheel (m/s).
     pub(in super::super) fastest: f64,

@@ -6,7 +6,6 @@
 use nalgebra::Vector3;
 
 use super::super::attitude::up_direction;
-use super::super::explanation::Explanation;
 use super::hypotheses::{Compared, Hypotheses};
 use super::likelihood::{Mixture, Standing};
 use crate::machine::Machine;
@@ -70,11 +69,7 @@ impl TiltRelation {
             .weigh(&compared, |_| odometry.0 / odometry.1);
     }
 
-    pub(super) fn evidence(&self) -> impl Iterator<Item = (Explanation, f64)> {
-        self.hypotheses.evidence()
-    }
-
-    /// Whether an alternative of this probability beforehand is the more likely one by now.
+    /// Whether an alternative, with this prior probability, is now more likely than sound sensors.
     pub(super) fn is_disputed(&self, beforehand: f64) -> bool {
         self.hypotheses.is_disputed(beforehand)
     }

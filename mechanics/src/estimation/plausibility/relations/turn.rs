@@ -1,10 +1,11 @@
 //! The motion over the ground: turns by the gyro against odometry, speeds and steering of the wheels; way by the wheels
 //! against odometry.
 
-use super::super::explanation::{Axis, Explanation};
+use super::super::explanation::Explanation;
 use super::super::fault::YawBy;
 use super::likelihood::{Evidence, Mixture, Standing};
 use super::window::Window;
+use crate::machine::Axis;
 
 /// Turn about the vertical.
 ///
@@ -14,8 +15,7 @@ use super::window::Window;
 pub(super) struct TurnRelation {
     pub(super) by: YawBy,
     skids: bool,
-    alternatives: Vec<(Explanation, Evidence)>,
-    threshold: f64,
+    alternatives: Alternatives,
 }
 
 /// Turn in a window that has other causes (rad), and the share of a turn that the wheels slip.
@@ -35,12 +35,10 @@ impl TurnRelation {
         if !skids {
             alternatives.push(Explanation::Stopped);
         }
-        let alternatives = alternatives.into_iter().map(|it| (it, Evidence::default()));
         Self {
             by,
             skids,
-            alternatives: alternatives.collect(),
-            threshold,
+            alternatives: Alternatives::new(alternatives, threshold),
         }
     }
 
@@ -52,7 +50,7 @@ impl TurnRelation {
         };
         let rolled = self.by == YawBy::Odometry || window.rolled.is_some();
         let (Some(gyro), Some(other), true) = (window.turned, other, rolled) else {
-            self.alternatives.iter_mut().for_each(|(_, it)| it.forget());
+            self.alternatives.forget();
             return;
         };
         let gyro = gyro.z;
@@ -69,33 +67,27 @@ impl TurnRelation {
             (LEAST_TURN * LEAST_TURN + slip * slip + largest * largest).sqrt()
         };
         let sound = TURNS.log_density(gyro - nearest(other), scale(other));
-        for (explanation, evidence) in &mut self.alternatives {
-            let ratio = match explanation {
-                Explanation::Stopped => {
-                    // one shows nothing while the other moves: the smaller of the two is noise
-                    let least = gyro.abs().min(other.abs());
-                    let density = TURNS.log_density(least, LEAST_TURN.hypot(slip));
-                    let moves = gyro.abs().max(other.abs()) > 3.0 * LEAST_TURN.hypot(slip);
-                    if moves { density - sound } else { 0.0 }
-                }
-                _ => TURNS.log_density(gyro - nearest(-other), scale(other)) - sound,
-            };
-            evidence.add(window.start_ns, ratio, self.threshold);
-        }
+        let ratio = |explanation| match explanation {
+            Explanation::Stopped => {
+                // one shows nothing while the other moves: the smaller of the two is noise
+                let least = gyro.abs().min(other.abs());
+                let density = TURNS.log_density(least, LEAST_TURN.hypot(slip));
+                let moves = gyro.abs().max(other.abs()) > 3.0 * LEAST_TURN.hypot(slip);
+                if moves { density - sound } else { 0.0 }
+            }
+            _ => TURNS.log_density(gyro - nearest(-other), scale(other)) - sound,
+        };
+        self.alternatives.add(window.start_ns, ratio);
     }
 
-    /// Whether the turns have refuted that one of the two has the other sign or does not follow.
+    /// Whether the turns have refuted every alternative: that one of the two angular velocities has the other sign or does not
+    /// follow.
     pub(super) fn is_proven(&self) -> bool {
-        self.alternatives.iter().all(|(_, it)| it.is_refuted())
-    }
-
-    pub(super) fn evidence(&self) -> impl Iterator<Item = (Explanation, f64)> {
-        let alternatives = self.alternatives.iter();
-        alternatives.map(|(explanation, it)| (*explanation, it.value))
+        self.alternatives.list.iter().all(|(_, it)| it.is_refuted())
     }
 
     pub(super) fn standing(&self) -> Standing {
-        best(&self.alternatives, self.threshold)
+        self.alternatives.standing()
     }
 }
 
@@ -103,8 +95,7 @@ impl TurnRelation {
 /// is.
 #[derive(Debug, Clone)]
 pub(super) struct WayRelation {
-    alternatives: [(Explanation, Evidence); 1],
-    threshold: f64,
+    alternatives: Alternatives,
 }
 
 /// Way in a window that has other causes (m), and the share of it that wheels slip.
@@ -118,14 +109,13 @@ const WAYS: Mixture = Mixture {
 impl WayRelation {
     pub(super) fn new(threshold: f64) -> Self {
         Self {
-            alternatives: [(Explanation::Sign(Axis::X), Evidence::default())],
-            threshold,
+            alternatives: Alternatives::new(vec![Explanation::Sign(Axis::X)], threshold),
         }
     }
 
     pub(super) fn weigh(&mut self, window: &Window) {
         let (Some(odometry), Some(_)) = (window.travelled, window.rolled) else {
-            self.alternatives.iter_mut().for_each(|(_, it)| it.forget());
+            self.alternatives.forget();
             return;
         };
         let wheels = window.distance;
@@ -134,24 +124,45 @@ impl WayRelation {
         let scale = LEAST_WAY.hypot(share).hypot(slip);
         let sound = WAYS.log_density(odometry - wheels, scale);
         let reversed = WAYS.log_density(odometry + wheels, scale);
-        for (_, evidence) in &mut self.alternatives {
-            evidence.add(window.start_ns, reversed - sound, self.threshold);
-        }
-    }
-
-    pub(super) fn evidence(&self) -> impl Iterator<Item = (Explanation, f64)> {
-        let alternatives = self.alternatives.iter();
-        alternatives.map(|(explanation, it)| (*explanation, it.value))
+        self.alternatives.add(window.start_ns, |_| reversed - sound);
     }
 
     pub(super) fn standing(&self) -> Standing {
-        best(&self.alternatives, self.threshold)
+        self.alternatives.standing()
     }
 }
 
-/// The best of the alternatives that stand.
-fn best(alternatives: &[(Explanation, Evidence)], threshold: f64) -> Standing {
-    let standing = alternatives.iter().filter(|(_, it)| it.stands());
-    let best = standing.max_by(|a, b| a.1.sum.total_cmp(&b.1.sum))?;
-    Some((best.0, best.1, threshold))
+/// The alternatives to sound sensors, each with its evidence.
+#[derive(Debug, Clone)]
+struct Alternatives {
+    list: Vec<(Explanation, Evidence)>,
+    threshold: f64,
+}
+
+impl Alternatives {
+    fn new(explanations: Vec<Explanation>, threshold: f64) -> Self {
+        let list = explanations.into_iter().map(|it| (it, Evidence::default()));
+        Self {
+            list: list.collect(),
+            threshold,
+        }
+    }
+
+    /// Adds a window that began at `start_ns`; `ratio` is the log likelihood ratio of an alternative.
+    fn add(&mut self, start_ns: i64, ratio: impl Fn(Explanation) -> f64) {
+        for (explanation, evidence) in &mut self.list {
+            evidence.add(start_ns, ratio(*explanation), self.threshold);
+        }
+    }
+
+    fn forget(&mut self) {
+        self.list.iter_mut().for_each(|(_, it)| it.forget());
+    }
+
+    /// The best of the alternatives that stand.
+    fn standing(&self) -> Standing {
+        let standing = self.list.iter().filter(|(_, it)| it.stands());
+        let best = standing.max_by(|a, b| a.1.sum.total_cmp(&b.1.sum))?;
+        Some((best.0, best.1, self.threshold))
+    }
 }

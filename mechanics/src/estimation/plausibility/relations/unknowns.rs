@@ -1,4 +1,4 @@
-//! What a relation does not know beforehand, and learns: biases, compliance, a load.
+//! Unknowns that a relation learns: biases, compliance, a load.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -21,12 +21,12 @@ impl<const N: usize> Unknowns<N> {
         }
     }
 
-    /// Lets them change by these standard deviations.
+    /// Lets the unknowns change by these standard deviations.
     pub(super) fn drift(&mut self, sigma: SVector<f64, N>) {
         self.covariance += SMatrix::from_diagonal(&sigma.component_mul(&sigma));
     }
 
-    /// Draws one of them anew, with this standard deviation.
+    /// Draws one of the unknowns anew, with this standard deviation.
     pub(super) fn draw(&mut self, index: usize, sigma: f64) {
         self.mean[index] = 0.0;
         self.covariance.column_mut(index).fill(0.0);

@@ -1,4 +1,4 @@
-//! What the sensors measured in a window of time: the relations compare windows, whose errors are nearly independent.
+//! Measurements of a window of time: the relations compare windows, whose errors are nearly independent.
 
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
@@ -48,19 +48,19 @@ pub(super) struct Window {
     /// Standard deviation of an up direction that was carried on by the gyro (rad); `None` where the attitude measures it.
     pub(super) carried: Option<f64>,
     pub(super) force_scatter: Vector3<f64>,
-    /// Velocity by the odometry at both ends (m/s), and how far it turned about z (rad), if it measures that.
+    /// Velocity by the odometry at both ends (m/s), and its turn about z (rad), if the odometry measures that.
     pub(super) velocity: Option<[Vector3<f64>; 2]>,
     /// Standard deviation of the difference of those velocities in each component, as the samples scatter (m/s).
     pub(super) velocity_noise: f64,
     pub(super) odometry_turned: Option<f64>,
     /// Distance by the odometry (m).
     pub(super) travelled: Option<f64>,
-    /// Motion by the wheels at both ends, how far they rolled (m) and turned the machine (rad).
+    /// Motion by the wheels at both ends, their rolled distance (m), and the turn of the machine by them (rad).
     pub(super) rolled: Option<[Rolled; 2]>,
     pub(super) distance: f64,
     pub(super) by_speeds: Option<f64>,
     pub(super) by_steering: Option<f64>,
-    /// How much the wheels contradict each other (m/s).
+    /// Contradiction between the speeds of the wheels (m/s).
     pub(super) slip: f64,
 }
 
@@ -84,7 +84,7 @@ struct Imu {
     /// Sums of the angular velocity and of its square.
     turning: Vector3<f64>,
     turning_squares: f64,
-    /// Whether it has ever measured an attitude: only without one its up direction is carried on by the gyro.
+    /// Whether the IMU has ever measured an attitude: only without an attitude the gyro carries its up direction on.
     measures_attitude: bool,
     inclination: Option<Inclination>,
 }
@@ -212,7 +212,7 @@ impl Accumulated {
         self.odometry.is_broken = true;
     }
 
-    /// Takes the motion by the wheels; `None`: it is not known.
+    /// Takes the motion by the wheels; `None` if it is unknown.
     pub(super) fn take_wheels(&mut self, stamp_ns: i64, rolled: Option<Rolled>) {
         let it = &mut self.wheels;
         let Some(rolled) = rolled else {
@@ -355,7 +355,8 @@ impl Accumulated {
 }
 
 impl Imu {
-    /// What it measured of a machine that stood, if it hardly turned. `turned_noise`: of the rotation in a window so long.
+    /// Returns the IMU's measurement of a machine at rest; `None` if the machine turned. `turned_noise`: standard deviation of
+    /// the rotation in a window so long (rad).
     fn rest(&self, duration_s: f64, turned_noise: f64, velocity_noise: f64) -> Option<Rest> {
         let (force, turning) = (self.force / self.count, self.turning / self.count);
         let scatter = self.squares.sum() / self.count - force.norm_squared();
@@ -394,7 +395,7 @@ impl Imu {
         }
     }
 
-    /// Next window; it begins with the last reading.
+    /// Begins the next window with the last reading.
     fn begin(&mut self) {
         *self = Self {
             last_ns: self.last_ns,

@@ -1,4 +1,4 @@
-//! What a motion shows.
+//! Errors of sensors that a motion tests for.
 
 use nalgebra::Vector3;
 
@@ -7,7 +7,7 @@ use super::{joint, posture, steered};
 use crate::machine::Machine;
 use crate::state::State;
 
-/// What twenty seconds at 20 Hz leave unshown. `set` changes a state at a time (s).
+/// Returns the errors of sensors for which twenty seconds at 20 Hz are no test. `set` changes a state at a time (s).
 fn unshown(machine: &Machine, set: impl Fn(f64, &mut State<f64>)) -> Vec<Unshown> {
     let mut excitation = Excitation::new(machine);
     let mut state = State::zero(machine);

@@ -1,4 +1,4 @@
-//! Whether the lean of a standing platform shows that the encoder of its slew has the other sign.
+//! Detection of a slew encoder with the other sign, by the lean of a standing platform.
 
 use std::f64::consts::TAU;
 
@@ -14,8 +14,9 @@ use crate::machine::{Machine, Proof};
 const STEP_S: f64 = 0.01;
 const WINDOW: i64 = 50;
 
-/// What a machine has shown after so many seconds on ground that rises to the left by an angle (rad). `slew` is its true angle
-/// (rad) at a time (s), `shown` the sign of what is measured of it, and `speed` that of the machine (m/s) in the first sample.
+/// Returns the relation after so many seconds of a machine on ground that rises to the left by an angle (rad). `slew` is the
+/// machine's true slew angle (rad) at a time (s), `shown` the sign with which it is measured, and `speed` that of the machine
+/// (m/s) in the first sample.
 fn weighed(
     machine: &Machine,
     rise: f64,
@@ -33,7 +34,7 @@ fn weighed(
     )
 }
 
-/// The same with what is measured of it at a time.
+/// Returns the relation of such a machine with the measured slew angle `shown` at a time (s).
 fn weighed_as(
     machine: &Machine,
     rise: f64,
@@ -78,7 +79,7 @@ fn reversed(machine: &Machine, relation: &LeanRelation) -> f64 {
     found.next().unwrap().1
 }
 
-/// Turns by an angle (rad) from a time on, in so many seconds.
+/// Returns an angle over time that turns by `angle` (rad) from a time on, in so many seconds.
 fn turns(angle: f64, from_s: f64, in_s: f64) -> impl Fn(f64) -> f64 {
     move |time_s| angle * ((time_s - from_s) / in_s).clamp(0.0, 1.0)
 }
@@ -97,8 +98,8 @@ fn a_short_turn_shows_the_sign_of_a_slew() {
     assert!((unmoved - 0.01).abs() < 2e-3, "{unmoved}");
 }
 
-/// It was commissioned, and is wired otherwise since: half a turn is not enough to contradict it for sure, and to call it proven is
-/// too much. What has been seen stays so over a hole.
+/// A slew that was commissioned and is wired otherwise since: half a turn is not enough to contradict it for sure, and to call it
+/// proven is too much. Evidence so far stays over a hole.
 // requirement: TW-VERDICT-28
 #[test]
 fn a_sign_that_the_motion_makes_unlikely_is_disputed_before_it_is_contradicted() {
@@ -114,8 +115,8 @@ fn a_sign_that_the_motion_makes_unlikely_is_disputed_before_it_is_contradicted()
     }
 }
 
-/// The platform leans as if the slew swung while its encoder rests; it rests, and then both move alike. Nothing says where the encoder
-/// has found its zero again.
+/// The platform leans as if the slew swung while its encoder rests; the encoder rests, and then both move alike. Nothing shows
+/// where the encoder has found its zero again.
 // requirement: TW-VERDICT-28
 #[test]
 fn an_encoder_that_has_stopped_is_disputed_until_it_is_trusted() {
@@ -134,11 +135,20 @@ fn an_encoder_that_has_stopped_is_disputed_until_it_is_trusted() {
     let is_disputed = |shown: &LeanRelation| shown.disputed().has(of_slew);
     let sound = weighed(&machine, 0.0, 40, slew, [1.0, 0.0]);
     assert!(!is_disputed(&sound));
-    let mut stopped = weighed_as(&machine, 0.0, 40, slew, stops, 0.0);
+    let stopped = weighed_as(&machine, 0.0, 40, slew, stops, 0.0);
     assert!(stopped.standing(|_| 0.0).is_none(), "it moves again");
     assert!(is_disputed(&stopped));
-    stopped.trust([of_slew].into_iter().collect());
-    assert!(!is_disputed(&stopped));
+    // what is kept of it is remembered after a restart
+    let kept: Vec<usize> = stopped.had_stopped().collect();
+    assert_eq!(kept, [joint(&machine, "slew")]);
+    let mut restarted = sound;
+    kept.iter()
+        .for_each(|&joint| restarted.remember_stopped(joint));
+    for mut shown in [stopped, restarted] {
+        assert!(is_disputed(&shown));
+        shown.trust([of_slew].into_iter().collect());
+        assert!(!is_disputed(&shown) && shown.had_stopped().next().is_none());
+    }
 }
 
 #[test]
@@ -151,7 +161,7 @@ fn a_platform_that_stood_from_the_first_sample_on_does_not_rock() {
     assert!(stood < 0.3 * came, "{stood} {came}");
 }
 
-/// They hold the wheels down: without their weight the platform would tip.
+/// Payloads hold the wheels down: without their weight the platform would tip.
 #[test]
 fn a_slew_is_tested_under_payloads_for_a_time() {
     let payloads = "[[payload]]\nlink = \"base_link\"\nmass = 3000.0\nto = 99.0\n\
@@ -167,7 +177,8 @@ fn a_slew_is_tested_under_payloads_for_a_time() {
     assert!(right < 1e-4 && wrong > 0.7, "{right} {wrong}");
 }
 
-/// Which wheels carry the platform then depends on the ground: it may find a wrong sensor, and proves none.
+/// Which wheels carry the platform while one carries nothing depends on the ground: the lean may find a wrong sensor, and proves
+/// none.
 #[test]
 fn nothing_is_proven_while_a_wheel_carries_nothing() {
     let machine = steered();

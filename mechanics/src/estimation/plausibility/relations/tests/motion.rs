@@ -5,14 +5,14 @@ use nalgebra::{UnitQuaternion, Vector3};
 use super::super::super::fault::{Part, YawBy};
 use super::super::super::notice::Rules;
 use super::super::super::signals::Sound;
-use super::super::super::{Axis, Explanation, SpeedUnit};
+use super::super::super::{Explanation, SpeedUnit};
 use super::super::Relations;
 use super::{bogies, posture};
 use crate::estimation::noise_of_tests::Noise;
-use crate::machine::{FaultKind, Machine};
+use crate::machine::{Axis, FaultKind, Machine};
 use crate::state::{JointStream, Sample, Sensor, Sensors};
 
-/// What the sensors show at one time.
+/// Readings of the sensors at one time.
 #[derive(Clone)]
 struct Shown {
     force: Vector3<f64>,
@@ -23,7 +23,7 @@ struct Shown {
     joints: Vec<[f64; 2]>,
 }
 
-/// What was found first of each relation, with its time (s).
+/// The first explanation found by each relation, with its time (s).
 type Found = Vec<(Part, Explanation, f64)>;
 
 const SOUND: Sound = Sound {
@@ -34,7 +34,8 @@ const SOUND: Sound = Sound {
     velocity: true,
 };
 
-/// 30 s of a machine with sensors on its base, at 100 Hz. `change` makes what is measured of what is true.
+/// Returns the findings in 30 s of a machine with sensors on its base, at 100 Hz. `change` turns the true motion into the
+/// measured one.
 fn found(machine: &Machine, change: impl Fn(f64, &mut Shown)) -> Found {
     found_within(30, machine, change)
 }
@@ -43,7 +44,7 @@ fn found_within(seconds: i64, machine: &Machine, change: impl FnMut(f64, &mut Sh
     found_after(0.0, seconds, machine, change)
 }
 
-/// The same of a machine that moves only after so many seconds.
+/// Returns the findings on a machine that moves only after so many seconds.
 fn found_after(
     rest_s: f64,
     seconds: i64,
@@ -212,7 +213,7 @@ fn a_wrong_accelerometer_is_found_by_attitude_and_velocity() {
     }
 }
 
-/// The housing is mounted as if it had been turned by this from where the machine file says (base axes).
+/// Turns the housing of the IMU from the mounting in the machine file by this angle (base axes).
 fn turn_housing(shown: &mut Shown, axis: Axis, degrees: f64) {
     let mut along = Vector3::zeros();
     along[axis as usize] = degrees.to_radians();
@@ -305,7 +306,7 @@ fn a_wrong_sign_of_odometry_or_wheels_is_found() {
     assert_eq!(spins, []);
 }
 
-/// Without an attitude; at rest in the first seconds.
+/// Returns the findings without an attitude, on a machine at rest in the first seconds.
 fn found_without_attitude(machine: &Machine, change: impl Fn(&mut Shown)) -> Found {
     found_after(3.0, 30, machine, |_, shown| {
         change(shown);
