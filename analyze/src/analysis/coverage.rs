@@ -1,4 +1,4 @@
-//! How much of a log's time could be computed.
+//! Share of a log's time that could be computed.
 //!
 //! Rows exist only where joint states do, so a hole in them loses no row. Time is counted instead:
 //!
@@ -134,7 +134,8 @@ fn is_zero<N: Default + PartialEq>(number: &N) -> bool {
     *number == N::default()
 }
 
-/// How many measured forces have several samples, no two of which are close enough for the estimator to bridge the time between them.
+/// Returns the number of measured forces with several samples, no two of which are close enough for the estimator to bridge the
+/// time between them.
 fn unused_forces(loaded: &LoadedLog) -> usize {
     let max_gap_ns = loaded.machine.longest_known_gap_ns();
     let is_unused = |signal: &&Signal| {

@@ -16,7 +16,7 @@ const LOOKED_AT: usize = 50;
 pub struct Digest {
     /// Number of valid rows.
     pub valid_rows: usize,
-    /// Of these, rows whose signals contradict each other.
+    /// Rows among these whose signals contradict each other.
     pub doubted_rows: usize,
     /// Figures of each wheel over the valid rows.
     pub wheels: Vec<WheelDigest>,
@@ -53,7 +53,7 @@ pub struct WheelDigest {
     pub could_unload: bool,
     /// Whether the range of the load over all splits is known in every row.
     pub is_range_known: bool,
-    /// When the wheel carried least while another split could have brought it below its limit.
+    /// Lowest load of the wheel while another split could have brought it below its limit.
     pub open: Option<OpenLoad>,
 }
 
@@ -83,7 +83,7 @@ pub struct LowestLoad {
     pub row: usize,
     /// The load (N).
     pub load_n: f64,
-    /// Whether equilibrium leaves it open.
+    /// Whether equilibrium leaves the load open.
     pub is_split_open: bool,
 }
 

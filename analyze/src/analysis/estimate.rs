@@ -7,7 +7,9 @@ use anyhow::Result;
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
 use tipwatch_mechanics::estimation::plausibility::{Explanation, FaultSpan, FaultSpans};
-use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, RowClock, ShownNoise};
+use tipwatch_mechanics::estimation::{
+    CausalEstimator, Estimate, EstimatedStates, RowClock, ShownNoise,
+};
 use tipwatch_mechanics::machine::{FaultKind, Machine, Proof, SessionProofs};
 use tipwatch_mechanics::state::{NumberKind, Reason, SampleError, Sensor, StreamCounts};
 use tipwatch_mechanics::studies::measured_loads::{LoadWatch, measures_supports};
@@ -21,7 +23,7 @@ use super::rotations;
 use super::state_blocks::{self, KeptStates};
 use crate::base::estimated::EstimatedRows;
 use crate::base::options::{ApplyClockOffsets, Estimator, Options};
-use crate::base::state_source::{EstimatedStates, StateSource};
+use crate::base::state_source::StateSource;
 use crate::events::{FoundRotation, Rotations, Turning};
 use crate::load::linkage_force::{self, LinkageForce};
 use crate::load::supports::SupportTimeline;
@@ -35,11 +37,11 @@ pub(super) struct SignalQuality {
     pub(super) noise: Vec<ShownNoise>,
     /// Rotations of the platform about an edge, by gyro and attitude alone.
     pub(super) rotations: Vec<FoundRotation>,
-    /// How the platform turns about each edge at the end of the log, if a fall may have begun.
+    /// Rotation of the platform about each edge at the end of the log, if a fall may have begun.
     pub(super) turning: Vec<Turning>,
     /// Times of the first and the last row in each, as far as the estimator knew it in the row (ns).
     pub(super) rotating: Vec<[i64; 2]>,
-    /// What the signals have shown, from the row at this time (ns) on.
+    /// Proofs by the signals of the session, from the row at each time (ns) on.
     pub(super) shown: Vec<(i64, SessionProofs)>,
     /// The probability that each joint of the arm has the other sign, by the motion of the whole log.
     pub(super) reversed: Vec<(usize, f64)>,
@@ -61,7 +63,8 @@ pub fn states(
     Ok((loaded.machine, rows))
 }
 
-/// A log as the machine file binds it, the states of its rows in the requested time range, and what its signals show.
+/// Opens a log as the machine file binds it, and returns it with the states of its rows in the requested time range and the
+/// quality of its signals.
 pub(super) fn open(
     path: &Path,
     file: &MachineFile,
@@ -130,7 +133,7 @@ pub(super) fn estimate_on_one_clock(
     Ok((rows, quality, clock))
 }
 
-/// What the checks would find if the estimated offsets between the clocks were applied.
+/// Returns the faults that the checks would find if the estimated offsets between the clocks were applied.
 fn faults_on_one_clock(
     loaded: &mut LoadedLog,
     clock: &ClockOffsets,
@@ -145,7 +148,7 @@ fn faults_on_one_clock(
     found.map(|((_, quality), _)| quality.faults)
 }
 
-/// Where signals contradict each other only as long as their clocks differ, it is the clock that is off.
+/// Blames the clock for contradictions between signals that vanish once the clocks agree.
 fn explain_by_clock(faults: &mut [FaultSpan], on_one_clock: &[FaultSpan]) {
     let part_of = |span: &FaultSpan| (span.worst.part, span.worst.kind);
     for span in faults.iter_mut().filter(|span| is_contradiction(span)) {
@@ -162,8 +165,8 @@ fn is_contradiction(span: &FaultSpan) -> bool {
     span.worst.kind == FaultKind::Contradiction && span.worst.explanation.is_some()
 }
 
-/// States of all rows in the requested time range. What the causal estimator knew of the supports takes the place of what the
-/// whole log tells of them.
+/// Estimates the states of all rows in the requested time range. The sets of supports that the causal estimator knew replace
+/// those that the whole log determines.
 pub(super) fn estimate(
     loaded: &mut LoadedLog,
     options: &Options,
@@ -202,7 +205,7 @@ pub(super) fn estimate(
     Ok((within(rows, options), quality))
 }
 
-/// The states of all rows and, of the causal estimator, what it knew of the supports.
+/// Estimates the states of all rows and, with the causal estimator, the supports that it knew in each row.
 fn states_of_all_rows(
     loaded: &LoadedLog,
     options: &Options,
@@ -244,7 +247,7 @@ fn smoothed(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, Signa
     Ok((estimated(machine, times_ns, states), quality))
 }
 
-/// The rows with what is asked of all their states before outcomes are computed.
+/// Reads the states of all rows once: keeps those that later checks need, and the activity of the machine in each row.
 fn estimated(machine: &Machine, times_ns: Vec<i64>, states: Arc<dyn StateSource>) -> EstimatedRows {
     let mut kept = inputs::looked_at(&times_ns);
     if !machine.load_sensors().is_empty() || measures_supports(machine) {
@@ -380,6 +383,7 @@ mod tests {
                 component: Component::Value,
                 policy: Policy::Invalid,
                 since_ns: 0,
+                possible_since_ns: 0,
                 stamp_ns: 1,
                 measure: 30.0,
                 limit: 22.5,

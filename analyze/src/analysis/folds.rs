@@ -27,7 +27,7 @@ pub trait RowSink: Send {
     /// Takes the next rows.
     ///
     /// # Errors
-    /// They cannot be written.
+    /// The rows cannot be written.
     fn take(&mut self, rows: &Arc<Rows>) -> Result<()>;
 
     /// Is told that all events that begin before a row, which is at this time (ns), are among these. After the last row
@@ -40,14 +40,14 @@ pub trait RowSink: Send {
     }
 }
 
-/// Keeps no row: for what the analysis itself gathers.
+/// Keeps no row: for an analysis without outputs of single rows.
 impl RowSink for () {
     fn take(&mut self, _rows: &Arc<Rows>) -> Result<()> {
         Ok(())
     }
 }
 
-/// What a sink can know before the first row.
+/// Context for a sink before the first row.
 #[derive(Debug, Clone, Copy)]
 pub struct Prepared<'a> {
     /// The machine, with its reference loads.
@@ -62,15 +62,15 @@ pub struct Prepared<'a> {
     pub measured_loads: &'a Arc<MeasuredLoads>,
 }
 
-/// What the pass found.
+/// Results of the pass.
 pub(super) struct Gathered {
     /// The events of the machine, in no order.
     pub(super) events: Vec<Event>,
-    /// The smallest OTF in them.
+    /// The smallest OTF in these events.
     pub(super) lowest: Option<LowestOtf>,
     /// The reasons of all rows.
     pub(super) reasons: Vec<Reasons>,
-    /// On each set of supports; one for a machine that is always on the same ones; none without derivatives.
+    /// Derivatives on each set of supports; one for a machine that is always on the same ones; none without derivatives.
     pub(super) sensitivity: Vec<SensitivityPass>,
     pub(super) comparisons: Vec<Result<ModelComparison, String>>,
     pub(super) monte_carlo: Option<MonteCarlo>,
@@ -213,7 +213,7 @@ pub(super) fn gather(
     })
 }
 
-/// The machine on one set of supports, and what is gathered of the rows in which it stands on them.
+/// The machine on one set of supports, with the results gathered of the rows in which it stands on them.
 struct Studied<'a> {
     standing: &'a StandingRows<'a>,
     events: EventPass<'a>,
@@ -237,7 +237,7 @@ impl Studied<'_> {
     }
 }
 
-/// What is computed with each block.
+/// Further results of a block: outcomes of other models, and bands.
 struct More {
     others: Vec<OutcomeColumns>,
     bands: Option<Vec<Band>>,

@@ -20,22 +20,22 @@ use crate::base::table::Table;
 use crate::base::widening::Widening;
 use crate::events::drives;
 
-/// How far the platform turns without any ground that gives way: noise and drift of the attitude (rad).
+/// Largest turn of the platform that needs no ground giving way: noise and drift of the attitude (rad).
 const LEAST: f64 = 0.12 * std::f64::consts::PI / 180.0;
 /// Factor by which the ground under a wheel, its tyre and the frame may together be softer or stiffer than the tyre.
 const GIVES: f64 = 4.0;
-/// How far a machine sinks on tyres of unknown stiffness (m).
+/// Sink of a machine on tyres of unknown stiffness (m).
 const USUAL_SINK: f64 = 0.015;
 /// Time between the states that are looked at, and for which a machine must have stood before they count (ns).
 const STEP_NS: i64 = 200_000_000;
 const STOOD_NS: i64 = 1_000_000_000;
-/// Time constant over which the turn is averaged (s).
+/// Time constant over which turn and centre of mass are averaged (s): of one moment both, or an arm that moves turns the ground.
 const AVERAGED_S: f64 = 0.5;
 
-/// How far the ground has moved under a machine, by time.
+/// Movement of the ground under a machine, by time.
 #[derive(Debug)]
 pub(super) struct MovedGround {
-    /// Since when (ns), and what share of the split it leaves open; increasing.
+    /// Times (ns) with the share of the split that the moved ground leaves open from then on; increasing.
     open: Vec<(i64, f64)>,
 }
 
@@ -67,7 +67,7 @@ impl MovedGround {
                 let centre = placement.centre_of_mass.xy();
                 if turned.iter().chain(centre.iter()).all(|c| c.is_finite()) {
                     standing
-                        .get_or_insert_with(|| Standing::new(time_ns, turned))
+                        .get_or_insert_with(|| Standing::new(time_ns, turned, centre))
                         .take(time_ns, turned, centre);
                 }
             }
@@ -82,7 +82,7 @@ impl MovedGround {
             .then_some(Self { open })
     }
 
-    /// Since when it has moved, in words.
+    /// Describes since when the ground has moved.
     pub(super) fn note(&self, start_ns: i64) -> Option<String> {
         let mut open = self.open.iter();
         let (since_ns, _) = open.find(|(_, share)| *share > 0.0)?;
@@ -99,7 +99,7 @@ impl MovedGround {
     }
 }
 
-/// How tyres give way.
+/// Compliance of the tyres.
 struct Tyres {
     /// Lean by a shift of the centre of mass (rad/m).
     per_shift: f64,
@@ -136,20 +136,20 @@ impl Tyres {
 struct Standing {
     since_ns: i64,
     last_ns: i64,
-    /// Turn of the platform, averaged.
+    /// Turn of the platform and centre of mass, averaged.
     turned: Vector2<f64>,
     centre: Vector2<f64>,
-    /// Both when it had stood for a while.
+    /// Turn and centre of mass of the platform when the machine had stood for a while.
     first: Option<[Vector2<f64>; 2]>,
 }
 
 impl Standing {
-    fn new(now_ns: i64, turned: Vector2<f64>) -> Self {
+    fn new(now_ns: i64, turned: Vector2<f64>, centre: Vector2<f64>) -> Self {
         Self {
             since_ns: now_ns,
             last_ns: now_ns,
             turned,
-            centre: Vector2::zeros(),
+            centre,
             first: None,
         }
     }
@@ -157,14 +157,15 @@ impl Standing {
     fn take(&mut self, now_ns: i64, turned: Vector2<f64>, centre: Vector2<f64>) {
         let step_s = now_ns.saturating_sub(self.last_ns) as f64 * 1e-9;
         self.last_ns = now_ns;
-        self.turned += (turned - self.turned) * (1.0 - (-step_s / AVERAGED_S).exp());
-        self.centre = centre;
+        let share = 1.0 - (-step_s / AVERAGED_S).exp();
+        self.turned += (turned - self.turned) * share;
+        self.centre += (centre - self.centre) * share;
         if self.first.is_none() && now_ns.saturating_sub(self.since_ns) >= STOOD_NS {
-            self.first = Some([self.turned, centre]);
+            self.first = Some([self.turned, self.centre]);
         }
     }
 
-    /// How far the ground has turned the platform (rad).
+    /// Returns the angle by which the ground has turned the platform (rad).
     fn moved(&self, tyres: &Tyres) -> f64 {
         self.first.map_or(0.0, |[turned, centre]| {
             let by_tyres = GIVES * tyres.per_shift * (self.centre - centre).norm();
@@ -252,7 +253,7 @@ mod tests {
             per_turn: 100.0,
         };
         let moved = |turn: f64, shift: f64| {
-            let mut standing = Standing::new(0, Vector2::zeros());
+            let mut standing = Standing::new(0, Vector2::zeros(), Vector2::zeros());
             for step in 0..100 {
                 let share = f64::from(step) / 100.0;
                 let turned = Vector2::new(turn, 0.0) * share;
@@ -267,5 +268,28 @@ mod tests {
         assert_eq!(moved(0.02, 0.4), 0.0, "tyres lean under the arm");
         assert!(moved(0.02, 0.0) > 0.01);
         assert_eq!(moved(0.002, 0.0), 0.0);
+    }
+
+    #[test]
+    fn an_arm_that_moves_while_the_account_begins_moves_no_ground() {
+        let tyres = Tyres {
+            per_shift: 0.02,
+            per_turn: 100.0,
+        };
+        // it moves at 1 m/s for two seconds, and the tyres lean nearly as much as they may
+        let at = |step: i64| {
+            let shift = 1.0 - (step.min(10) as f64 * STEP_NS as f64 * 1e-9);
+            [
+                Vector2::new(3.6 * tyres.per_shift * shift, 0.0),
+                Vector2::new(0.0, shift),
+            ]
+        };
+        let [turned, centre] = at(0);
+        let mut standing = Standing::new(0, turned, centre);
+        for step in 0..50 {
+            let [turned, centre] = at(step);
+            standing.take(step * STEP_NS, turned, centre);
+            assert_eq!(standing.moved(&tyres), 0.0, "{step}");
+        }
     }
 }

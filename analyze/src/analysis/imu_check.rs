@@ -45,12 +45,11 @@ pub(crate) fn note(machine: &Machine, found: &MountingCheck) -> Option<Note> {
 #[derive(Debug)]
 pub(crate) struct MountingCheck {
     workspace: BatchWorkspace,
-    /// Steady rows so far.
+    /// Number of steady rows so far.
     steady: usize,
     /// Steady rows from one that is used to the next, as a power of two.
     step: u32,
-    /// For each steady row that is used, the direction in axes forward, left and normal to the contact plane; `None`
-    /// where it is unknown.
+    /// Direction of each used steady row, in axes forward, left and normal to the contact plane; `None` where it is unknown.
     directions: Vec<Option<Vector3<f64>>>,
     /// States of the next ones, the first `waiting` rows: several are evaluated at once.
     states: StateColumns,
@@ -58,7 +57,7 @@ pub(crate) struct MountingCheck {
 }
 
 impl MountingCheck {
-    /// Before the first row.
+    /// Returns the check before the first row.
     pub(crate) fn new(machine: &Machine) -> Self {
         let model = Arc::new(Model::WholeBody);
         Self {

@@ -70,12 +70,12 @@ pub struct WorstMargin {
     pub otf_n: f64,
     /// Its standard deviation (N).
     pub otf_sigma_n: Option<f64>,
-    /// What the machine did at that time; absent from results of older versions.
+    /// Motion of the machine at that time; absent from results of older versions.
     #[serde(default)]
     pub moment: Option<Moment>,
 }
 
-/// What a machine did at one time. What the log does not tell is `None`.
+/// Motion of a machine at one time. A quantity that the log does not contain is `None`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Moment {
     /// Speed of the base (m/s).
@@ -84,10 +84,10 @@ pub struct Moment {
     pub tilt_rad: Option<f64>,
     /// Names of the joints other than those that turn wheels.
     pub joints: Shared<[String]>,
-    /// Whether their positions are lengths; absent from results of older versions.
+    /// Whether the position of each joint is a length; absent from results of older versions.
     #[serde(default)]
     pub are_lengths: Vec<bool>,
-    /// Their positions (rad or m).
+    /// Position of each joint (rad or m).
     pub positions: Vec<Option<f64>>,
 }
 
@@ -121,8 +121,8 @@ pub struct Exposure {
     pub unknown_s: f64,
     /// Time with a margin below 1 - the notice level of the machine file (s); `None` without any margin.
     pub exposed_s: Option<f64>,
-    /// The same by cause (s), in the order of [`EXPOSURE_CAUSES`]: each instant is divided in proportion
-    /// to the load that the causes take from the worst wheel; `None` for models without causes.
+    /// Exposed time by cause (s), in the order of [`EXPOSURE_CAUSES`]: each instant is divided in proportion to the load that the
+    /// causes take from the worst wheel; `None` for models without causes.
     pub exposed_by_cause_s: Option<Vec<f64>>,
 }
 
@@ -132,13 +132,8 @@ pub(super) struct MarginPass<'a> {
     machine: &'a Machine,
     /// Times of all rows (ns).
     times_ns: &'a [i64],
-    worst: Option<WorstMargin>,
-    any_split: Option<f64>,
-    largest_utilisation: Option<f64>,
-    margin_s: Vec<f64>,
-    known_s: f64,
-    exposed_s: f64,
-    by_cause_s: Option<Vec<f64>>,
+    /// Those of the rows so far.
+    margins: Margins,
 }
 
 /// The margins of a log.
@@ -178,13 +173,15 @@ impl<'a> MarginPass<'a> {
         Self {
             machine,
             times_ns: &table.times_ns,
-            worst: None,
-            any_split: None,
-            largest_utilisation: None,
-            margin_s: vec![0.0; HISTOGRAM_EDGES.len() + 1],
-            known_s: 0.0,
-            exposed_s: 0.0,
-            by_cause_s: has_causes.then(|| vec![0.0; EXPOSURE_CAUSES.len()]),
+            margins: Margins {
+                worst: None,
+                any_split: None,
+                largest_utilisation: None,
+                margin_s: vec![0.0; HISTOGRAM_EDGES.len() + 1],
+                known_s: 0.0,
+                exposed_s: 0.0,
+                by_cause_s: has_causes.then(|| vec![0.0; EXPOSURE_CAUSES.len()]),
+            },
         }
     }
 
@@ -211,11 +208,8 @@ impl<'a> MarginPass<'a> {
                 self.holds_under_any_split(&wheels, row, &largest_loads);
                 let used = utilisation.map(|values| values[row]);
                 let used = used.filter(|used| used.is_finite());
-                self.largest_utilisation = self
-                    .largest_utilisation
-                    .into_iter()
-                    .chain(used)
-                    .reduce(f64::max);
+                let largest = &mut self.margins.largest_utilisation;
+                *largest = largest.iter().copied().chain(used).reduce(f64::max);
             }
             let Some(next_ns) = self.times_ns.get(rows.first + row + 1) else {
                 continue;
@@ -225,16 +219,17 @@ impl<'a> MarginPass<'a> {
             let Some((wheel, margin)) = margin else {
                 continue;
             };
-            self.known_s += lasts_s;
-            self.margin_s[HISTOGRAM_EDGES.partition_point(|&edge| edge <= margin)] += lasts_s;
+            let margins = &mut self.margins;
+            margins.known_s += lasts_s;
+            margins.margin_s[HISTOGRAM_EDGES.partition_point(|&edge| edge <= margin)] += lasts_s;
             if margin < notice_margin {
-                self.exposed_s += lasts_s;
-                if let Some(by_cause) = &mut self.by_cause_s {
+                margins.exposed_s += lasts_s;
+                if let Some(by_cause) = &mut margins.by_cause_s {
                     share_out(lasts_s, &taken(&wheels, row, wheel), by_cause);
                 }
             }
         }
-        if let (Some(row), Some(worst)) = (worst_row, &mut self.worst) {
+        if let (Some(row), Some(worst)) = (worst_row, &mut self.margins.worst) {
             worst.moment = Some(Moment::of(self.machine, rows, row));
         }
     }
@@ -251,11 +246,12 @@ impl<'a> MarginPass<'a> {
         for (load, static_load) in largest_loads.iter().zip(wheels.static_load) {
             let share = load.map(|load| load[row] / static_load).and_then(known);
             let share = share.map(|share| share.min(1.0));
-            self.any_split = self.any_split.into_iter().chain(share).reduce(f64::min);
+            let least = &mut self.margins.any_split;
+            *least = least.iter().copied().chain(share).reduce(f64::min);
         }
     }
 
-    /// Whether this row has the smallest margin up to here.
+    /// Takes the row if it has the smallest margin so far; returns whether it has.
     fn look_for_worst(
         &mut self,
         wheels: &Wheels<'_>,
@@ -266,13 +262,13 @@ impl<'a> MarginPass<'a> {
             return false;
         };
         let is_worse = |worst: &WorstMargin| margin.total_cmp(&worst.margin).is_lt();
-        if !self.worst.as_ref().is_none_or(is_worse) {
+        if !self.margins.worst.as_ref().is_none_or(is_worse) {
             return false;
         }
         let sigmas = wheels.rows.outcomes.known_column(Quantity::OtfSigma(wheel));
         let sigma_n = sigmas.map(|s| s[row]);
         let otf_sigma_n = sigma_n.and_then(known);
-        self.worst = Some(WorstMargin {
+        self.margins.worst = Some(WorstMargin {
             margin,
             sigma: otf_sigma_n.map(|sigma| sigma / wheels.static_load[wheel]),
             wheel: self.machine.wheels()[wheel].name.to_lowercase().into(),
@@ -285,15 +281,7 @@ impl<'a> MarginPass<'a> {
     }
 
     pub(super) fn finish(self) -> Margins {
-        Margins {
-            worst: self.worst,
-            any_split: self.any_split,
-            largest_utilisation: self.largest_utilisation,
-            margin_s: self.margin_s,
-            known_s: self.known_s,
-            exposed_s: self.exposed_s,
-            by_cause_s: self.by_cause_s,
-        }
+        self.margins
     }
 }
 
@@ -304,7 +292,7 @@ struct Wheels<'a> {
     /// Smallest OTF until the next row of a sparse log; empty for other logs.
     least: Vec<&'a [f64]>,
     static_load: &'a [f64],
-    /// By cause of [`WEIGHTS`] and [`MOTION_CAUSES`] and by wheel, the contributions; empty for models without them.
+    /// Contributions by cause of [`WEIGHTS`] and [`MOTION_CAUSES`] and by wheel; empty for models without them.
     contributions: Vec<Vec<&'a [f64]>>,
 }
 

@@ -1,4 +1,4 @@
-//! A log with what was measured beside it, for validation and identification.
+//! A log with its measured loads and forces, for validation and identification.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -19,7 +19,7 @@ use crate::base::options::Options;
 use crate::load::linkage_force::{self, LinkageForce};
 use crate::load::{LoadedLog, MeasuredLoads, load};
 
-/// A log's machine and rows with what was measured beside them, for validation and identification.
+/// A log's machine and rows with the loads and forces measured beside them, for validation and identification.
 pub(crate) struct MeasuredLog {
     pub(crate) loaded: LoadedLog,
     pub(crate) rows: EstimatedRows,
@@ -28,9 +28,9 @@ pub(crate) struct MeasuredLog {
     pub(crate) gross_inputs: Vec<GrossInput>,
     /// Hashes of the files of the log.
     pub(crate) files: Vec<FileHash>,
-    /// Why rows are static, if they are.
+    /// Reasons for static rows, if there are any.
     pub(crate) notes: Vec<String>,
-    /// What motion that was not observed can have done at static rows.
+    /// Motion that may have occurred unobserved at static rows.
     motion: Option<Arc<StaticRows>>,
 }
 
@@ -89,7 +89,7 @@ impl MeasuredLog {
         .compare()
     }
 
-    /// What motion that was not observed can have done to the loads of a row.
+    /// Returns the change that unobserved motion may have made to the loads of a row; `None` where all motion was observed.
     pub(crate) fn unobserved(
         &self,
         machine: &Machine,

@@ -2,6 +2,7 @@
 //! study.
 
 pub mod advice;
+pub(crate) mod calendar;
 pub mod clock;
 pub mod coverage;
 pub mod digest;

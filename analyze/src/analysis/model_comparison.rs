@@ -50,7 +50,7 @@ struct Differences {
 }
 
 impl ComparedModel {
-    /// Before the first row; `start_ns` is its time.
+    /// Returns the comparison before the first row; `start_ns` is its time.
     pub(crate) fn new(other: ModelKind, wheels: usize, start_ns: i64) -> Self {
         let none = Differences {
             sum: 0.0,

@@ -1,4 +1,4 @@
-//! Notes: what a reader must know about how the results were obtained.
+//! Notes: information about how the results were obtained, for every reader.
 
 use std::collections::BTreeMap;
 
@@ -20,7 +20,7 @@ use crate::base::number::short;
 use crate::base::rows::Rows;
 use crate::load::{LoadedLog, MeasuredLoads};
 
-/// What notes and advice need of all rows.
+/// Data of all rows for notes and advice.
 #[derive(Debug)]
 pub(crate) struct Seen {
     /// Number of rows.
@@ -29,20 +29,20 @@ pub(crate) struct Seen {
     with_torques: usize,
     /// Valid rows in which a bias of the accelerometer was subtracted, as a number.
     with_bias: f64,
-    /// Sums over them: what was subtracted (m/s^2), and the variance of the specific force, by axis.
+    /// Sums over these rows: the subtracted bias (m/s^2), and the variance of the specific force, by axis.
     removed_bias: [f64; 3],
     bias_variance: [f64; 3],
     /// Smallest and largest position of each joint in the valid rows (rad or m).
     pub(crate) positions: Vec<[f64; 2]>,
     /// The specific force of the steady rows.
     pub(crate) mounting: MountingCheck,
-    /// What the motion showed of the sensors' signs and order.
+    /// Evidence of the motion on signs and order of the sensors.
     excitation: Excitation,
     ahead: PredictionSeen,
 }
 
 impl Seen {
-    /// Before the first row.
+    /// Returns the data before the first row.
     pub(crate) fn new(machine: &Machine) -> Self {
         Self {
             rows: 0,
@@ -100,7 +100,7 @@ impl Seen {
 /// Noise that differs from the stated one by less than this factor is not worth a note.
 const NOTED_NOISE: f64 = 2.0;
 
-/// Where samples show a noise that is far from the stated one.
+/// Describes the noises shown by the samples that are far from the stated ones.
 pub(crate) fn of_noise(noise: &[ShownNoise]) -> Option<String> {
     let differs = |noise: &&ShownNoise| {
         let ratio = noise.ratio();
@@ -193,9 +193,9 @@ pub(crate) fn of(
     let payloads = payloads.iter().map(|found| {
         say!(
             "Payload {}: its mass was estimated as {:.0} kg (standard deviation {:.0} kg), from the force of linkage {}.",
-            found.payload + 1,
-            found.estimate.mass,
-            found.estimate.sigma,
+            found.payload,
+            found.mass_kg,
+            found.sigma_kg,
             found.linkage
         )
     });
@@ -213,7 +213,7 @@ pub(crate) fn of(
 fn without_value(loaded: &LoadedLog) -> Vec<String> {
     let mut skipped: BTreeMap<(&str, &str), [u64; 2]> = BTreeMap::new();
     for signal in loaded.signals.iter() {
-        let count = signal.recording.without_value;
+        let count = signal.recording.reading.without_value;
         if count > 0 {
             let key = (signal.topic.as_str(), signal.name);
             let [least, most] = skipped.entry(key).or_insert([count; 2]);
@@ -230,7 +230,7 @@ fn without_value(loaded: &LoadedLog) -> Vec<String> {
     skipped.into_iter().map(note).collect()
 }
 
-/// What measured loads say of the computed ones.
+/// Returns the notes on measured against computed loads.
 pub(crate) fn of_measured_loads(
     measured: &MeasuredLoads,
     comparison: &LoadComparison,

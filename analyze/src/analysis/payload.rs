@@ -3,12 +3,14 @@
 use std::ops::RangeInclusive;
 
 use anyhow::{Context, Result, bail};
+use schemars::JsonSchema;
+use serde::Serialize;
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
 use tipwatch_language::{say, word};
 use tipwatch_mechanics::machine::{MOST_MASSES, Machine, MassSignal, PayloadQuantity};
 use tipwatch_mechanics::state::{NumberKind, Reason, Sensor};
-use tipwatch_mechanics::{ForceQuality, MeasuredForce, PayloadEstimate, State, estimate_payload};
+use tipwatch_mechanics::{ForceQuality, MeasuredForce, State, estimate_payload};
 
 use crate::base::error_text::error_text;
 use crate::base::estimated::EstimatedRows;
@@ -21,14 +23,22 @@ use crate::load::linkage_force::{LinkageForce, Series, at, series_in};
 const MOST_ROWS: usize = 2000;
 
 /// A payload whose mass was estimated.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct EstimatedPayload {
-    /// Index of the payload.
+    /// Number of the `[[payload]]` table, from 1.
     pub payload: usize,
     /// Name of the linkage whose force was used.
     pub linkage: String,
-    /// The estimate.
-    pub estimate: PayloadEstimate,
+    /// Mass (kg).
+    pub mass_kg: f64,
+    /// Its standard deviation (kg).
+    pub sigma_kg: f64,
+    /// Friction as a fraction of the force.
+    pub friction_share: f64,
+    /// Root mean square residual of the fit (N).
+    pub residual_n: f64,
+    /// Number of samples used.
+    pub samples: usize,
 }
 
 /// Gives the rows the masses that signals state, unless the causal estimator has. A row whose sample is missing or too old has
@@ -94,7 +104,7 @@ fn place(file: &MachineFile, payload: usize) -> String {
     format!("{}: payload {}", file.path.display(), payload + 1)
 }
 
-/// What the causal estimator knew of a payload's mass, as a sentence.
+/// Describes the causal estimate of a payload's mass by row, in a sentence; `None` for a payload that is not estimated by row.
 fn known_by_row(
     file: &MachineFile,
     loaded: &LoadedLog,
@@ -242,9 +252,13 @@ pub(crate) fn estimate_all(
         };
         *machine = machine.with_payload_mass(payload, estimate.mass, estimate.sigma);
         found.push(EstimatedPayload {
-            payload,
+            payload: payload + 1,
             linkage: spec.name.clone(),
-            estimate,
+            mass_kg: estimate.mass,
+            sigma_kg: estimate.sigma,
+            friction_share: estimate.friction_share,
+            residual_n: estimate.residual,
+            samples: estimate.samples,
         });
     }
     Ok(found)

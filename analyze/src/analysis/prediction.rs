@@ -1,4 +1,4 @@
-//! What the predictions of a log's rows come to, for its notes.
+//! Summary of the predictions of a log's rows, for its notes.
 
 use std::fmt::Write;
 
@@ -10,13 +10,13 @@ use tipwatch_mechanics::verdict::limits::{HOLD_NS, PERSISTENT};
 use crate::base::predicted::LawColumns;
 use crate::base::rows::Rows;
 
-/// What was predicted in all rows.
+/// Predictions of all rows, by law.
 #[derive(Debug, Default)]
 pub(crate) struct PredictionSeen {
     laws: [LawSeen; Law::ALL.len()],
 }
 
-/// What was predicted by one law.
+/// Predictions of one law.
 #[derive(Debug, Default)]
 struct LawSeen {
     known_rows: usize,

@@ -1,11 +1,11 @@
-//! Where a result comes from.
+//! Origin of a result.
 
 use std::path::PathBuf;
 
 use anyhow::Result;
 use tipwatch_binding::{Commissioning, MachineFile, NOT_COMMISSIONED, Urdf, commissioning_of};
 use tipwatch_ingest::{Log, metadata_records};
-use tipwatch_language::told;
+use tipwatch_language::{is_english, tag, told};
 
 use crate::base::clip;
 use crate::base::file_hash::{FileHash, hash_file, hash_of, program};
@@ -13,10 +13,11 @@ use crate::base::provenance::Provenance;
 use crate::base::recovered::RecoveredFrom;
 use crate::load::LoadedLog;
 
-/// The commissioning that the machine file names, checked against the machine of the log; `None` if it names none.
+/// Reads the commissioning that the machine file names, and checks it against the machine of the log; `None` if the file names
+/// none.
 ///
 /// # Errors
-/// It cannot be read, is of another machine, or contradicts it.
+/// The commissioning cannot be read, is of another machine, or contradicts the machine file.
 pub(super) fn commissioning(
     file: &MachineFile,
     loaded: &LoadedLog,
@@ -52,6 +53,7 @@ pub(super) fn provenance(
             ..file
         }),
         command_line: Vec::new(),
+        language: (!is_english()).then(|| tag().into()),
         case: None,
         examiner: None,
         recovered_from: RecoveredFrom::all(&records),

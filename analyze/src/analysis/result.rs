@@ -36,7 +36,7 @@ pub struct Analysis {
     pub options: Options,
     /// Files, versions and hashes.
     pub provenance: Provenance,
-    /// What reading the log has cost, for each of its files in a bucket or on a server.
+    /// Requests and bytes that reading the log took, for each of its files in a bucket or on a server.
     pub transfers: Vec<FileTransfer>,
     /// Machine file and URDF as read.
     pub sources: Sources,
@@ -44,17 +44,17 @@ pub struct Analysis {
     pub inputs: Vec<Input>,
     /// The health of each sensor, in the order of `inputs`.
     pub health: Vec<SensorHealth>,
-    /// What a reader must know: assumptions, missing signals, anomalies.
+    /// Notes for the reader: assumptions, missing signals, anomalies.
     pub notes: Vec<Note>,
     /// Parts of the log that were lost.
     pub losses: Losses,
-    /// What in the inputs is grossly wrong. While there is any, no row is valid and nothing is concluded.
+    /// Grossly wrong inputs. While there is any, no row is valid and nothing is concluded.
     pub gross_inputs: Vec<GrossInput>,
     /// Results, row by row.
     pub rows: Table,
     /// Key figures of all rows.
     pub digest: Digest,
-    /// How much of the log's time could be computed.
+    /// Share of the log's time that could be computed.
     pub coverage: Coverage,
     /// Load below which each wheel is light (N); `None` if unknown.
     pub min_loads_n: Option<Vec<f64>>,
@@ -62,13 +62,13 @@ pub struct Analysis {
     pub events: Vec<Event>,
     /// The probability that each joint of the arm has the other sign, by the motion that was recorded.
     pub(crate) reversed: Vec<(usize, f64)>,
-    /// How the platform turns when the log ends, if a fall may have begun that is not known as an event.
+    /// Rotation of the platform when the log ends, if a fall may have begun that is not known as an event.
     pub turning: Option<Turning>,
     /// Derivatives of the loads; `None` for models without them.
     pub sensitivity: Option<SensitivityTable>,
-    /// What would have prevented the worst event; `None` without one, and for models without derivatives.
+    /// Changes that would have prevented the worst event; `None` without one, and for models without derivatives.
     pub advice: Option<Advice>,
-    /// What explains each rotation about an edge.
+    /// Explanations of each rotation about an edge.
     pub explained_falls: Vec<ExplainedFall>,
     /// Monte Carlo study of the parameters, if requested.
     pub monte_carlo: Option<MonteCarlo>,
@@ -86,18 +86,12 @@ pub struct Analysis {
     pub load_comparison: LoadComparison,
     /// The times of the log at the times of the rows.
     pub log_times: LogTimes,
-    /// The clips that were cut out of the log; `None` if none were asked for.
+    /// Clips that were cut out of the log; `None` without the option.
     pub clips: Option<Vec<Clip>>,
 }
 
 impl Analysis {
-    /// Whether the machine as stated explains every rotation about an edge, as far as anything does.
-    #[must_use]
-    pub fn falls_are_as_stated(&self) -> bool {
-        self.explained_falls.iter().all(ExplainedFall::is_as_stated)
-    }
-
-    /// Why the analysis decides nothing; `None` if it does. At least `min_valid` of the log's time must be
+    /// Returns the reason why the analysis decides nothing; `None` if it decides. At least `min_valid` of the log's time must be
     /// computable.
     #[must_use]
     pub fn undecided(&self, min_valid: f64) -> Option<Undecided> {
@@ -132,13 +126,13 @@ pub struct Input {
     pub topic: String,
     /// Type of its messages.
     pub type_name: String,
-    /// Why this topic was chosen.
+    /// Reason why this topic was chosen.
     pub why: String,
-    /// Which time stamp of its messages is used, and why.
+    /// Time stamp of the messages that is used, and the reason.
     pub clock: String,
     /// Its stamps: rates, gaps, offsets.
     pub timing: TopicTiming,
-    /// How its stamps were converted to the clock of the log.
+    /// Correction that maps its stamps to the clock of the log.
     pub correction: StampCorrection,
     /// Counts of used and skipped samples.
     pub counts: StreamCounts,

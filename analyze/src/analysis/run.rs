@@ -28,8 +28,8 @@ pub fn analyse(
     analyse_whole(path, file, options, None, progress)
 }
 
-/// Analyses one log under hypotheses and keeps the whole table. Sensors are not compared with each other: what their motion shows
-/// is known from the analysis of what was recorded. Rotations of the platform are not events: they are what was recorded.
+/// Analyses one log under hypotheses and keeps the whole table. Sensors are not compared with each other: the evidence of their
+/// motion is known from the analysis of the log as recorded. Rotations of the platform are not events: they are those recorded.
 ///
 /// # Errors
 /// The log cannot be read, the machine does not fit it, or no row remains.
@@ -81,7 +81,8 @@ pub fn analyse_into<S: RowSink>(
     analyse_opened(path, log, file, options, progress, begin)
 }
 
-/// As [`analyse_into`], of a log that was opened by [`MachineFile::open_log`]; the path is the one that results name.
+/// Analyses a log as [`analyse_into`] does, but one that was opened by [`MachineFile::open_log`]; `path` is the one that results
+/// name.
 ///
 /// # Errors
 /// As [`analyse_into`].

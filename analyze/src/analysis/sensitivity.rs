@@ -18,7 +18,7 @@ pub struct SensitivityTable {
     pub rows: Vec<SensitivityRow>,
     /// The wheel with the smallest OTF, of the rows with derivatives if it has any, as a share of its static load.
     pub worst_wheel: usize,
-    /// That share.
+    /// Smallest OTF of that wheel, as a share of its static load.
     pub worst_share: f64,
 }
 
@@ -75,7 +75,7 @@ impl SensitivityTable {
 }
 
 impl SensitivityRow {
-    /// How far two standard deviations of it alone move the OTF at the worst instant (N).
+    /// Returns the magnitude of the change of OTF at the worst instant for two standard deviations of this parameter alone (N).
     #[must_use]
     pub fn two_sigma_change_n(&self) -> f64 {
         (2.0 * self.sigma * self.derivative).abs()
@@ -86,8 +86,8 @@ impl SensitivityRow {
 #[derive(Debug)]
 pub(crate) struct SensitivityPass {
     sums: SensitivitySums,
-    /// By wheel, the row with the smallest OTF among the valid ones with derivatives, else among all valid ones; whether it is
-    /// without derivatives.
+    /// By wheel, the row with the smallest OTF among the valid ones with derivatives, else among all valid ones; whether the row
+    /// is without derivatives.
     worst: Vec<Option<(usize, bool, f64)>>,
 }
 

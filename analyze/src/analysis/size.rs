@@ -13,16 +13,15 @@ use crate::load::LoadedLog;
 
 /// Memory for each number of each row of a table that is kept whole, documents included; measured 24 bytes (bytes).
 const BYTES_PER_NUMBER: u64 = 32;
-/// Memory for each row of any table: its time, its reasons and what the machine does in it (bytes).
+/// Memory for each row of any table: its time, its reasons and the activity of the machine (bytes).
 const BYTES_PER_ROW: u64 = 64;
 /// Longest time without joint states that rows at a regular rate bridge (s).
 const LONGEST_BRIDGED_S: f64 = 3600.0;
 
-/// Checks that the rows of a log fit into three quarters of the free memory. `is_kept` tells whether the whole table
-/// is.
+/// Checks that the rows of a log fit into three quarters of the free memory. `is_kept` tells whether the whole table is kept.
 ///
 /// # Errors
-/// They do not.
+/// The rows do not fit.
 pub(super) fn check(
     loaded: &LoadedLog,
     options: &Options,

@@ -15,7 +15,7 @@ use crate::base::table::Table;
 /// The machine on one set of supports, and the rows in which it stands on them.
 #[derive(Debug)]
 pub(crate) struct StandingRows<'a> {
-    /// The machine on them.
+    /// The machine on its supports in these rows.
     pub(crate) machine: &'a Machine,
     /// Load below which each wheel is light (N); `None` if unknown.
     pub(crate) min_loads_n: Option<Vec<f64>>,
@@ -49,7 +49,7 @@ impl<'a> StandingRows<'a> {
         sets.collect()
     }
 
-    /// The place of that of a row of the log; `None` where it is not known on what the machine stands.
+    /// Returns the index of the set in which a row of the log is; `None` where the supports of the machine are not known.
     pub(crate) fn place_of(row: usize, table: &Table) -> Option<usize> {
         match table.supports() {
             Some(supports) => supports.index_of_row(row),

@@ -6,23 +6,23 @@ use std::ops::Range;
 use std::sync::{Arc, Mutex, OnceLock};
 
 use rayon::prelude::*;
-use tipwatch_mechanics::estimation::{BlockSmoother, ROWS_PER_BLOCK, SmoothedBlock};
+use tipwatch_mechanics::estimation::{BlockSmoother, EstimatedStates, ROWS_PER_BLOCK};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::Reasons;
 use tipwatch_mechanics::{State, StateColumns};
 
 use crate::base::lock::lock;
 use crate::base::scratch_file::ScratchFile;
-use crate::base::state_source::{EstimatedStates, StateSource};
+use crate::base::state_source::StateSource;
 use crate::base::table::BLOCK_ROWS;
 use crate::load::SharedSignal;
 
-/// Blocks that stay in memory for states that are asked for one by one.
+/// Blocks that stay in memory for single requests of states.
 const MOST_KEPT: usize = 8;
 /// Most numbers of states that are smoothed once and kept: those of a few minutes of a usual machine, 32 MB.
 const MOST_NUMBERS_KEPT: usize = 4 << 20;
 
-/// The states of a log: smoothed now and kept if they are few, else when they are asked for.
+/// States of a log: smoothed at once and kept if they are few, else smoothed on request.
 pub(super) fn smoothed(
     machine: &Machine,
     smoother: BlockSmoother<SharedSignal>,
@@ -35,7 +35,7 @@ pub(super) fn smoothed(
     }
 }
 
-/// States that are smoothed when they are asked for.
+/// States that are smoothed on request.
 struct SmoothedStates {
     machine: Machine,
     smoother: BlockSmoother<SharedSignal>,
@@ -87,12 +87,12 @@ impl SmoothedStates {
         if let Some(known) = kept.and_then(|kept| kept.read(block)) {
             return known;
         }
-        let mut rows = SmoothedBlock::empty(&self.machine);
+        let mut rows = EstimatedStates::empty(&self.machine);
         let mut worker = self.smoother.worker(&self.machine);
         match worker.smooth(block, &mut rows) {
             Ok(()) => {
                 if let Some(kept) = kept {
-                    kept.keep(block, &rows.states, &rows.reasons);
+                    kept.keep(block, &rows);
                 }
             }
             Err(error) => {
@@ -102,10 +102,7 @@ impl SmoothedStates {
                 lock(&self.failure).get_or_insert(error.to_string());
             }
         }
-        EstimatedStates {
-            states: rows.states,
-            reasons: rows.reasons,
-        }
+        rows
     }
 }
 
@@ -166,7 +163,7 @@ pub(super) struct KeptStates {
     machine: Machine,
     blocks: Vec<EstimatedStates>,
     rows_per_block: usize,
-    /// Why they could not be read, if so.
+    /// Error of reading the states, if there was one.
     failure: Option<String>,
 }
 
@@ -214,14 +211,8 @@ fn within(all: &Range<usize>, rows: &Range<usize>) -> Range<usize> {
 
 /// Consecutive states, one after the other.
 fn joined(mut parts: impl Iterator<Item = EstimatedStates>, machine: &Machine) -> EstimatedStates {
-    let mut joined = parts.next().unwrap_or_else(|| EstimatedStates {
-        states: StateColumns::unknown(machine, 0),
-        reasons: Vec::new(),
-    });
-    for part in parts {
-        joined.states.append(&part.states);
-        joined.reasons.extend(part.reasons);
-    }
+    let mut joined = (parts.next()).unwrap_or_else(|| EstimatedStates::empty(machine));
+    parts.for_each(|part| joined.append(&part));
     joined
 }
 
@@ -234,12 +225,12 @@ struct KeptBlocks {
     blocks: Vec<OnceLock<Block>>,
 }
 
-/// What is in memory of a block.
+/// The part of a block that is in memory.
 #[derive(Debug)]
 struct Block {
     reasons: Vec<Reasons>,
-    /// Of each column, the number of all of its rows if they have the same one, to the bit: most of what no sensor
-    /// measures. The other columns are in the file, tile by tile.
+    /// Number of each column whose rows all have the same one, to the bit: most quantities that no sensor measures. The other
+    /// columns are in the file, tile by tile.
     constants: Vec<Option<f64>>,
 }
 
@@ -256,18 +247,18 @@ impl KeptBlocks {
     }
 
     /// Keeps a block, unless it is kept already or cannot be written.
-    fn keep(&self, block: usize, states: &StateColumns, reasons: &[Reasons]) {
+    fn keep(&self, block: usize, rows: &EstimatedStates) {
         let (Some(file), None) = (&self.file, self.blocks[block].get()) else {
             return;
         };
-        let (constants, varying) = states.constant_and_varying();
+        let (constants, varying) = rows.states.constant_and_varying();
         let place = block as u64 * self.block_bytes;
         if (file.write_at(bytemuck::cast_slice(&varying), place)).is_err() {
             return;
         }
         // whoever kept it meanwhile wrote the same bytes
         let _ = self.blocks[block].set(Block {
-            reasons: reasons.to_vec(),
+            reasons: rows.reasons.clone(),
             constants,
         });
     }

@@ -12,7 +12,7 @@ use crate::base::support_sets::{SupportSet, SupportSets};
 use crate::load::LoadedLog;
 use crate::load::supports::{SupportTimeline, Unknown};
 
-/// Refuses what is only computed for a machine that is always on the same supports.
+/// Refuses options that are only computed for a machine that is always on the same supports.
 pub(super) fn check_options(loaded: &LoadedLog, options: &Options) -> Result<()> {
     if loaded.supports.is_none() {
         return Ok(());
@@ -87,7 +87,7 @@ pub(super) fn of_rows(
     Some((named, sets))
 }
 
-/// What the machine stood on, and when that is unknown, as sentences.
+/// Describes the supports of the machine over the log, and when they are unknown, in sentences.
 fn told(
     named: &Machine,
     sets: &SupportSets,

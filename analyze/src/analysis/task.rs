@@ -1,4 +1,4 @@
-//! What is to be analysed.
+//! Task of an analysis.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -18,12 +18,12 @@ pub(super) struct Task<'a> {
     pub(super) options: Options,
     /// Whether the whole table is kept.
     pub(super) is_kept: bool,
-    /// What is supposed of it instead of what was recorded, and the analysis of that, if anything is.
+    /// Hypotheses that replace recorded quantities, with the analysis of the log as recorded; `None` in that analysis itself.
     pub(super) supposed: Option<(&'a [Hypothesis], &'a Analysis)>,
 }
 
 impl Task<'_> {
-    /// Whether the analysis is of what was recorded, with nothing supposed.
+    /// Whether the analysis is of the log as recorded, without hypotheses.
     pub(super) fn is_recorded(&self) -> bool {
         self.supposed.is_none()
     }

@@ -1,4 +1,4 @@
-//! Why an analysis decides nothing: the gates of all commands ask here and fail closed.
+//! Reasons why an analysis decides nothing: the gates of all commands ask here and fail closed.
 
 use tipwatch_language::{say, word};
 
@@ -7,35 +7,35 @@ use super::coverage::Coverage;
 /// Default of `--min-valid`: the least share of a log's time that must be computable.
 pub const DEFAULT_MIN_VALID: f64 = 0.5;
 
-/// Why nothing may be concluded from the absence of events.
+/// Reason why nothing may be concluded from the absence of events.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Undecided {
     /// No row has wheel loads.
     NoComputableRow,
     /// Less of the log's time is computable than required.
     TooLittleTime {
-        /// What is computable.
+        /// The computable share.
         coverage: Coverage,
-        /// What is required.
+        /// The required share, 0 to 1.
         min_valid: f64,
     },
     /// Between the rows of a sparse log a lift cannot be excluded.
     LiftNotExcluded {
-        /// For how long (s).
+        /// Time in which a lift is not excluded (s).
         not_excluded_s: f64,
-        /// Of the log's time (s).
+        /// Time that the log covers (s).
         covered_s: f64,
     },
     /// Signals that the loads rest on contradict each other: what was found stands, and more may be hidden.
     Doubted {
-        /// For how long (s).
+        /// Time in which the signals contradict each other (s).
         doubted_s: f64,
-        /// Of which time with known loads (s).
+        /// Time with known loads (s).
         computable_s: f64,
     },
     /// Measured forces determine the loads, and none of their samples was used.
     UnusedForces {
-        /// How many.
+        /// Number of measured forces without a used sample.
         count: usize,
     },
     /// Inputs are grossly wrong, so that computed loads mean nothing: one sentence each.

@@ -1,4 +1,4 @@
-//! What a monitor recorded in a log, as far as the verdicts of its rows depend on it.
+//! Record of a monitor in a log, as far as the verdicts of the log's rows depend on it.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! The causes of a load loss: what took the load away up to the onset of an event.
+//! Causes of a load loss: the contributions that took the load up to the onset of an event.
 
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::{Contribution, Quantity, State};
@@ -12,11 +12,11 @@ const STEADY_RATE: f64 = 0.02;
 /// The load that acceleration adds to or takes from a wheel of a steady machine is below this share of the mean
 /// load.
 const STEADY_LOAD_SHARE: f64 = 0.02;
-/// A machine is steady after it has been so for this long (ns).
+/// Time for which a machine must have been at rest to count as steady (ns).
 const STEADY_NS: i64 = 500_000_000;
-/// Where no moment was steady, causes are looked for in so much time (ns).
+/// Time in which causes are looked for where no moment was steady (ns).
 const BEFORE_NS: i64 = 2_000_000_000;
-/// What acceleration and motion contribute to a load.
+/// Contributions of acceleration and motion to a load.
 const OF_MOTION: [Contribution; 3] = [
     Contribution::ArmMotion,
     Contribution::PlatformAcceleration,
@@ -88,14 +88,14 @@ impl Causes<'_> {
 /// The rows at which the machine has been steady for a while.
 #[derive(Debug, Default)]
 pub(super) struct SteadyRows {
-    /// Runs of such rows, ends included.
+    /// Runs of steady rows, ends included.
     runs: Vec<(usize, usize)>,
-    /// Since when the machine has been steady (ns).
+    /// Time since which the machine has been steady (ns).
     since_ns: Option<i64>,
 }
 
 impl SteadyRows {
-    /// The last such row up to `row`.
+    /// Returns the last steady row up to `row`.
     fn upto(&self, row: usize) -> Option<usize> {
         let after = self.runs.partition_point(|run| run.0 <= row);
         let run = after.checked_sub(1).map(|place| self.runs[place])?;
@@ -127,14 +127,14 @@ impl SteadyRows {
     }
 }
 
-/// What decides whether the machine is steady.
+/// Quantities of the rows that decide whether the machine is steady.
 struct OfRows<'a> {
     machine: &'a Machine,
     rows: &'a Rows,
     weight: &'a [f64],
-    /// By wheel, its load and the least of a wheel that is not light (N).
+    /// Load of each wheel, and the least load of a wheel that is not light (N).
     loads: Vec<(&'a [f64], f64)>,
-    /// By wheel, the contributions of motion to its load.
+    /// Contributions of motion to the load of each wheel.
     motion: Vec<[&'a [f64]; OF_MOTION.len()]>,
 }
 
@@ -156,8 +156,8 @@ impl<'a> OfRows<'a> {
         }
     }
 
-    /// Whether nothing moves or accelerates, except perhaps the wheels at constant speed, and no wheel is light. Without an attitude,
-    /// acceleration and slope cannot be told apart, so the wheels must stand still too.
+    /// Whether the machine neither moves nor accelerates, except perhaps its wheels at constant speed, and no wheel is light.
+    /// Without an attitude, acceleration and slope cannot be told apart, so the wheels must stand still too.
     fn is_steady(&self, row: usize, state: &mut State<f64>) -> bool {
         let mean_n = self.weight[row] / self.motion.len() as f64;
         let mut moved = self.motion.iter().map(|columns| -> f64 {

@@ -1,4 +1,4 @@
-//! What would have happened otherwise: whether the wheels of an event would have lifted all the same.
+//! Counterfactuals: whether the wheels of an event would have lifted under other conditions.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -6,8 +6,8 @@ use tipwatch_language::say;
 
 use crate::base::number::{probability, readable, with_band};
 
-/// Two standard deviations: what is less probable than this is answered with no, what is more probable than one less it
-/// with yes.
+/// Probability beyond two standard deviations on one side: events less probable than this are answered with no, events more
+/// probable than one less this value with yes.
 const TWO_SIGMA: f64 = 0.022_750_131_948_179;
 
 tipwatch_mechanics::named! {
@@ -87,7 +87,7 @@ pub struct Counterfactual {
 }
 
 impl Reply {
-    /// The answer with its chance and what it rests on; `None` if it is open for want of a probability.
+    /// Describes the answer with its probability and the margin it rests on; `None` if it is open for want of a probability.
     pub(crate) fn in_words(&self) -> Option<String> {
         let chance = probability(self.probability?);
         let otf = otf_in_words(self.otf_n, self.sigma_n)?;
@@ -97,7 +97,7 @@ impl Reply {
         ))
     }
 
-    /// The probability as recorded, by the same evaluation, and what it rests on.
+    /// Describes the probability as recorded, by the same evaluation, and the margin it rests on.
     pub(crate) fn recorded_in_words(&self) -> Option<String> {
         let chance = probability(self.recorded_probability?);
         let otf = otf_in_words(self.recorded_otf_n, self.recorded_sigma_n)?;
@@ -111,7 +111,7 @@ fn otf_in_words(otf_n: Option<f64>, sigma_n: Option<f64>) -> Option<String> {
 }
 
 impl Answer {
-    /// By the probability that it would have happened.
+    /// Returns the answer by the probability that the event would have happened.
     #[must_use]
     pub fn of(probability: Option<f64>) -> Self {
         match probability {

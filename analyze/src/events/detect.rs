@@ -11,11 +11,11 @@ use super::onset::{self, Curve, Onset};
 use super::pages::Pages;
 use super::tipping::Tipping;
 
-/// Time before a rotation about an edge at which the wheel that lifts last is told from the others (s).
+/// Time before a rotation about an edge at which the wheel that lifts last is identified (s).
 const BEFORE_S: f64 = 0.1;
 /// Time over which its load is averaged then (s).
 const AVERAGED_S: f64 = 0.3;
-/// From this probability on that loads are right, nothing is said of their error.
+/// Probability that loads are right from which on nothing is stated about their error.
 const LEAST_RIGHT: f64 = 0.99;
 /// Shortest time before an onset that rows must show (s).
 const SEEN_S: f64 = 0.1;
@@ -27,13 +27,13 @@ pub(super) struct Finder<'a> {
     /// The rows.
     pub(super) within: Episode,
     pub(super) min_loads_n: Option<&'a [f64]>,
-    /// Tipping in these rows and near them.
+    /// Times of tipping in these rows and near them.
     pub(super) tippings: &'a [Tipping],
     pub(super) evidence: Evidence<'a>,
     pub(super) causes: Option<Causes<'a>>,
 }
 
-/// Which way time runs.
+/// Direction in which time runs.
 #[derive(Clone, Copy)]
 enum Time {
     Forward,
@@ -91,8 +91,8 @@ impl Finder<'_> {
         }
     }
 
-    /// How the first and the last row of an episode bound it: next to rows that are missing, or without loads, nothing
-    /// shows that it began or ended there.
+    /// Returns how the first and the last row of an episode bound it: next to rows that are missing, or without loads, nothing
+    /// shows that the episode began or ended there.
     fn bounds(&self, episode: Episode) -> [Bound; 2] {
         let Episode { first, last } = episode;
         let times = self.rows.times_ns;
@@ -138,7 +138,7 @@ impl Finder<'_> {
             match rotation.filter(|_| !(load(episode.first) < min_load_n)) {
                 // where the rotation alone shows that it was light, it was so when the rotation began, and may have been before
                 Some(tipping) => {
-                    self.start(&mut event, tipping.episode, tipping.onset);
+                    self.start_with(&mut event, tipping);
                     event.start_bound = Bound::AtOrBefore;
                 }
                 None => {
@@ -154,7 +154,7 @@ impl Finder<'_> {
             let is_sure = rotation.is_some() || (episode.first..=episode.last).any(holds);
             event.split_dependent = Some(!is_sure);
             self.add_confidence(&mut event, wheel, min_load_n, episode);
-            self.doubt(&mut event, episode, |tipping| tipping.factors[wheel] > 0.0);
+            self.doubt_lift(&mut event, wheel, episode, rotation);
             event.causes = self.causes(event.start_ns, &self.only(wheel));
             event
         });
@@ -179,9 +179,16 @@ impl Finder<'_> {
             // beside a wheel that is off the ground the OTF is not what holding this one takes
             let worst = least(|row| otf(row).min(load(row)), episode);
             let mut event = self.event(EventKind::WheelLift, name, episode, worst, "N");
-            self.end(&mut event, wheel, 0.0, episode);
+            // with no load left off an edge, that of one wheel is unknown: the first one came down when their sum rose through zero
+            let comes_down =
+                |t: &&Tipping| t.factors[wheel] > 0.0 && t.episode.last == episode.last;
+            let with_edge = self.tippings.iter().find(comes_down);
+            let is_ended = self.end(&mut event, wheel, 0.0, episode)
+                || with_edge.is_some_and(|tipping| self.end_tipping(&mut event, tipping));
+            if !is_ended {
+                self.end_held(&mut event, wheel, episode.last);
+            }
             self.add_confidence(&mut event, wheel, 0.0, episode);
-            self.doubt(&mut event, episode, |tipping| tipping.factors[wheel] > 0.0);
             let rotation = self.rotation_over(wheel, episode);
             let holds = |row: usize| largest(row) <= 1e-6 * weight(row);
             let is_sure = rotation.is_some() || (episode.first..=episode.last).any(holds);
@@ -213,13 +220,14 @@ impl Finder<'_> {
                 |tipping: &Tipping| own.is_some_and(|own| own.at_s < begins_s(tipping));
             match rotation {
                 Some(tipping) if self.lifts_last(wheel, tipping) || !is_earlier(tipping) => {
-                    self.start(&mut event, tipping.episode, tipping.onset);
+                    self.start_with(&mut event, tipping);
                     if !self.lifts_last(wheel, tipping) {
                         event.start_bound = Bound::AtOrBefore;
                     }
                     event.causes = self.causes(event.start_ns, &tipping.factors);
                 }
                 _ => {
+                    self.doubt_lift(&mut event, wheel, episode, rotation);
                     self.start(&mut event, episode, own);
                     event.any_split_ns = rotation.map(|t| self.start_of(t.episode, t.onset));
                     event.causes = self.causes(event.start_ns, &self.only(wheel));
@@ -228,6 +236,23 @@ impl Finder<'_> {
             event
         });
         found.collect()
+    }
+
+    /// Doubts the event of a wheel that began before a rotation showed it, if any does: what was before, only loads show.
+    fn doubt_lift(
+        &self,
+        event: &mut Event,
+        wheel: usize,
+        Episode { first, last }: Episode,
+        rotation: Option<&Tipping>,
+    ) {
+        let last = match rotation.map(|tipping| tipping.episode.first) {
+            Some(shown) if shown <= first => return,
+            Some(shown) => shown - 1,
+            None => last,
+        };
+        let by_loads = Episode { first, last };
+        self.doubt(event, by_loads, |tipping| tipping.factors[wheel] > 0.0);
     }
 
     /// Doubts the event of a wheel, or of an edge, by the tippings that only loads show if these are farther below zero than their
@@ -266,10 +291,23 @@ impl Finder<'_> {
         heaviest == Some(wheel)
     }
 
-    /// When the load of a wheel falls through a level around a row, or rises through it: falls in time that runs backward.
+    /// Finds the time at which the load of a wheel falls through a level around a row, or rises through it: then it falls in time
+    /// that runs backward.
     fn passage(&self, wheel: usize, level_n: f64, row: usize, time: Time) -> Option<Onset> {
         let error = self.evidence.known_error(wheel, row);
         let sigma_n = self.evidence.sigma_of(wheel, row) * error.variance_share.sqrt();
+        let load = |row: usize| self.evidence.held_load(wheel, row) - error.mean_n - level_n;
+        self.passage_of(&load, sigma_n, row, time)
+    }
+
+    /// The same for any load with this standard deviation (N), and the level zero.
+    fn passage_of(
+        &self,
+        load: &dyn Fn(usize) -> f64,
+        sigma_n: f64,
+        row: usize,
+        time: Time,
+    ) -> Option<Onset> {
         let near_s = self.rows.seconds(row);
         let longest_s = onset::PASSAGES_S[onset::PASSAGES_S.len() - 1];
         let mut curve = Curve::default();
@@ -284,8 +322,7 @@ impl Finder<'_> {
             }
         };
         for row in rows.into_iter().filter(|&row| self.rows.is_meaningful(row)) {
-            let load_n = self.evidence.held_load(wheel, row) - error.mean_n;
-            curve.push(sign * self.rows.seconds(row), load_n - level_n);
+            curve.push(sign * self.rows.seconds(row), load(row));
         }
         let found = onset::passage(&curve, sign * near_s, sigma_n)?;
         let at_s = sign * found.at_s;
@@ -323,25 +360,75 @@ impl Finder<'_> {
         }
     }
 
-    /// Ends an event where the load of its wheel rises through a level, between the last row of the episode and the next.
-    fn end(&self, event: &mut Event, wheel: usize, level_n: f64, episode: Episode) {
-        let last = episode.last;
-        if event.end_ns.is_none() || event.end_bound != Bound::At {
-            return;
+    /// Starts an event with a tipping: in a fall that is under way, what is so in its first row was so before.
+    fn start_with(&self, event: &mut Event, tipping: &Tipping) {
+        self.start(event, tipping.episode, tipping.onset);
+        if tipping.is_under_way {
+            event.is_under_way = true;
+            event.start_bound = Bound::AtOrBefore;
         }
-        let [below_n, above_n] =
-            [last, last + 1].map(|row| self.evidence.held_load(wheel, row) - level_n);
-        if below_n <= 0.0 && above_n > 0.0 {
+    }
+
+    /// Ends an event where the load of its wheel rises through a level, between the last row of the episode and the next; tells
+    /// whether it does.
+    fn end(&self, event: &mut Event, wheel: usize, level_n: f64, episode: Episode) -> bool {
+        let load = |row: usize| self.evidence.held_load(wheel, row) - level_n;
+        let rises = || self.passage(wheel, level_n, episode.last, Time::Backward);
+        self.end_where(event, episode.last, &load, &rises)
+    }
+
+    /// Ends the lift of a wheel that comes down beside others in the air: how far below zero its load was is not known, but how
+    /// fast it rises.
+    fn end_held(&self, event: &mut Event, wheel: usize, last: usize) -> bool {
+        let load = self.column(Quantity::Load(wheel));
+        let sigma_n = self.evidence.sigma_of(wheel, last);
+        let rises = || {
+            let sigma_n = Some(sigma_n).filter(|sigma_n| sigma_n.is_finite())?;
+            self.passage_of(&load, sigma_n, last, Time::Backward)
+        };
+        self.end_where(event, last, &load, &rises)
+    }
+
+    /// Ends a tipping where the load off its edge rises through zero.
+    fn end_tipping(&self, event: &mut Event, tipping: &Tipping) -> bool {
+        let load = |row: usize| -> f64 {
+            let wheels = tipping.factors.iter().enumerate();
+            let off = wheels.filter(|(_, factor)| **factor > 0.0);
+            off.map(|(wheel, factor)| factor * self.rows.value(Quantity::Otf(wheel), row))
+                .sum()
+        };
+        let last = tipping.episode.last;
+        let rises = || {
+            let sigma_n = Some(tipping.sigma_n).filter(|sigma_n| sigma_n.is_finite())?;
+            self.passage_of(&load, sigma_n, last, Time::Backward)
+        };
+        self.end_where(event, last, &load, &rises)
+    }
+
+    /// Ends an event where a load rises through zero after its last row; `rises` is when, and how certainly.
+    fn end_where(
+        &self,
+        event: &mut Event,
+        last: usize,
+        load: &dyn Fn(usize) -> f64,
+        rises: &dyn Fn() -> Option<Onset>,
+    ) -> bool {
+        if event.end_ns.is_none() || event.end_bound != Bound::At {
+            return false;
+        }
+        let [below_n, above_n] = [last, last + 1].map(load);
+        let does_rise = below_n <= 0.0 && above_n > 0.0;
+        if does_rise {
             let share = below_n / (below_n - above_n);
             let [last_s, next_s] = [last, last + 1].map(|row| self.rows.seconds(row));
             let end_s = last_s + share * (next_s - last_s);
             event.end_ns = Some(self.rows.time_ns(end_s));
-            let rises = self.passage(wheel, level_n, last, Time::Backward);
-            event.end_sigma_s = rises.map(|it| it.sigma_s.hypot(it.at_s - end_s));
+            event.end_sigma_s = rises().map(|it| it.sigma_s.hypot(it.at_s - end_s));
         }
+        does_rise
     }
 
-    /// Whether the rows show the time before an onset: what falls must have been seen to fall.
+    /// Whether the rows show the time before an onset: a load that falls must have been seen to fall.
     fn is_known_before(&self, onset: Onset) -> bool {
         let seconds = |row: usize| self.rows.seconds(row);
         let from_s = onset.at_s - onset.sigma_s.max(SEEN_S);
@@ -386,7 +473,8 @@ impl Finder<'_> {
         let moment = self.column(Quantity::ItomFull(tipping.edge));
         let worst = most(&moment, tipping.episode);
         let mut event = self.event(EventKind::EdgeTipping, name, tipping.episode, worst, "N m");
-        self.start(&mut event, tipping.episode, tipping.onset);
+        self.start_with(&mut event, tipping);
+        self.end_tipping(&mut event, tipping);
         event.split_dependent = Some(false);
         event.certainty = tipping.certainty;
         event.certainty_any_split = tipping.certainty;
@@ -403,7 +491,7 @@ impl Finder<'_> {
         event
     }
 
-    /// The tip-over that an edge tipping turned into, if it did.
+    /// Returns the tip-over that an edge tipping turned into, if it did.
     fn tip_over(&self, tipping: &Tipping, event: &Event) -> Option<Event> {
         let (rotation, row) = tipping.rotation;
         (rotation >= TIP_OVER_RAD).then(|| Event {

@@ -4,7 +4,7 @@
 pub(crate) const SHORTEST_NS: i64 = 50_000_000;
 /// Episodes closer than this are merged (ns).
 pub(crate) const MERGED_NS: i64 = 200_000_000;
-/// Those closer than this are merged where nothing shows that they are two (ns).
+/// Episodes closer than this are merged where nothing shows that they are two (ns).
 const DOUBTFUL_NS: i64 = 500_000_000;
 
 /// A run of rows, ends included.
@@ -15,7 +15,7 @@ pub(super) struct Episode {
 }
 
 impl Episode {
-    /// Whether a row is in both.
+    /// Whether the episodes have a row in common.
     pub(super) fn overlaps(self, other: Self) -> bool {
         self.first <= other.last && other.first <= self.last
     }
@@ -64,7 +64,7 @@ fn episodes(times_ns: &[i64], holds: impl Fn(usize) -> bool) -> Vec<Episode> {
         .collect()
 }
 
-/// The same within a run of rows.
+/// Finds the episodes within a run of rows.
 pub(super) fn episodes_within(
     times_ns: &[i64],
     within: Episode,
@@ -81,7 +81,7 @@ pub(super) fn episodes_within(
     found.collect()
 }
 
-/// Merges episodes that are close, and between which the condition `may_hold` in every row as far as its error tells.
+/// Merges episodes that are close, and between which the condition `may_hold` in every row within its error.
 pub(super) fn joined(
     times_ns: &[i64],
     episodes: Vec<Episode>,

@@ -24,8 +24,13 @@ pub struct Event {
     /// Whether it began then, or may have begun earlier: rows before it are missing, or the log begins with it.
     #[schemars(with = "&'static str")]
     pub start_bound: Bound,
-    /// Last row, or, of a wheel whose load rises through the limit before the next row, that time (ns); null if the event is still
-    /// active when the log ends.
+    /// Whether the machine fell already in the first rows that show the event: the log does not show how that began, and so neither
+    /// what took the load nor what would have prevented it.
+    #[serde(skip)]
+    #[schemars(skip)]
+    pub is_under_way: bool,
+    /// Last row, or, where the load of a wheel rises through the limit before the next row, or that off an edge through zero, that time
+    /// (ns); null if the event is still active when the log ends.
     pub end_ns: Option<i64>,
     /// Standard deviation of that time (s); null where the load is not seen to rise through the limit, or without uncertainties.
     pub end_sigma_s: Option<f64>,
@@ -127,7 +132,7 @@ tipwatch_mechanics::named! {
     }
 }
 
-/// What is less probable than this is no statement of fact.
+/// Least probability of an event that is stated as a fact.
 pub(crate) const LEAST_OF_A_FACT: f64 = 0.5;
 
 /// A rotation about an edge by gyro and attitude alone.
@@ -141,7 +146,7 @@ pub struct MeasuredRotation {
     pub other_edge: Option<String>,
     /// Standard deviation of what tyres, ground and sensor explain of it (rad).
     pub sigma_rad: f64,
-    /// Whether it began in the log; otherwise the start is the first sample that shows it.
+    /// Whether it began in the log; otherwise the start is the first sample that shows it, or a time before the first row.
     pub onset_in_log: bool,
     /// When it reached 10 degrees (ns).
     pub ten_degrees_ns: Option<i64>,
@@ -184,10 +189,15 @@ pub struct InputFault {
     /// Of signals that contradict each other and that the loads rest on, the probability that the loads are right all the
     /// same.
     pub loads_are_right: Option<f64>,
+    /// Of signals that contradict each other, since when they may have (ns): the start, or when windows last supported the sensor.
+    #[serde(skip)]
+    #[schemars(skip)]
+    pub possible_since_ns: Option<i64>,
 }
 
 impl Event {
-    /// Whether gyro and attitude both show it, whichever edge it is about: then neither loads nor joints are needed to know of it.
+    /// Whether gyro and attitude both show the event, whichever edge it is about: then neither loads nor joints are needed to
+    /// know of the event.
     #[must_use]
     pub fn is_measured(&self) -> bool {
         let rotation = self.measured_rotation.as_ref();
@@ -199,12 +209,12 @@ impl Event {
         self.measured_rotation.as_ref()?.other_edge.as_deref()
     }
 
-    /// Whether it is more probable than not; one without a probability rests on what was measured.
+    /// Whether the event is more probable than not; an event without a probability rests on measurements.
     pub(crate) fn is_fact(&self) -> bool {
         self.certainty.is_none_or(|p| p >= LEAST_OF_A_FACT)
     }
 
-    /// Whether the ground may as well have given way under the machine: this neither happened for certain nor did not.
+    /// Whether the ground may as well have given way under the machine: then the event is neither certain nor excluded.
     pub(crate) fn is_open(&self) -> bool {
         let rested_ns = |rotation: &MeasuredRotation| rotation.rested_ns;
         self.measured_rotation
@@ -213,18 +223,38 @@ impl Event {
             .is_some()
     }
 
+    /// Whether the log ends while the machine tips about an edge, before it has tipped over.
+    pub(crate) fn is_undecided(&self) -> bool {
+        let rotation = self.rotation_rad.unwrap_or(0.0);
+        self.kind == EventKind::EdgeTipping && self.end_ns.is_none() && rotation < TIP_OVER_RAD
+    }
+
     /// Its time, first and last (ns); without an end, all that follows.
     pub(crate) fn span_ns(&self) -> [i64; 2] {
         [self.start_ns, self.end_ns.unwrap_or(i64::MAX)]
     }
 
-    /// Whether a part of it is in this time, first and last (ns).
+    /// Whether a part of the event is in this time, first and last (ns).
     pub(crate) fn overlaps(&self, [from_ns, to_ns]: [i64; 2]) -> bool {
         let [start_ns, end_ns] = self.span_ns();
         from_ns <= end_ns && start_ns <= to_ns
     }
 
-    /// Whether it says something of the machine that would be wrong with its loads.
+    /// Whether the event is a part of a fall that was under way when the rows begin: that fall itself, or what happened in it.
+    pub(crate) fn is_of_fall_under_way(&self, events: &[Self]) -> bool {
+        self.is_under_way || Self::is_in_fall_under_way(events, self.start_ns)
+    }
+
+    /// Whether a time (ns) lies in a fall that was under way when the rows begin.
+    pub(crate) fn is_in_fall_under_way(events: &[Self], time_ns: i64) -> bool {
+        events.iter().any(|fall| {
+            let is_fall = matches!(fall.kind, EventKind::EdgeTipping | EventKind::TipOver);
+            let is_unseen = is_fall && fall.is_under_way && fall.is_fact();
+            is_unseen && fall.overlaps([time_ns; 2])
+        })
+    }
+
+    /// Whether the event states something of the machine that would be wrong with its loads.
     pub(crate) fn rests_on_loads(&self) -> bool {
         self.kind.is_observed() && !self.is_measured()
     }
@@ -316,6 +346,7 @@ impl Event {
             start_ns,
             start_sigma_s: None,
             start_bound: Bound::At,
+            is_under_way: false,
             end_ns: None,
             end_sigma_s: None,
             end_bound: Bound::At,
@@ -345,7 +376,7 @@ impl Event {
 }
 
 impl Event {
-    /// How bad it is among events of its kind: the larger, the worse. Not comparable between kinds.
+    /// Returns the severity among events of the same kind: the larger, the worse. Not comparable between kinds.
     pub(crate) fn severity(&self) -> f64 {
         let severity = match self.kind {
             EventKind::WheelLight | EventKind::WheelLift | EventKind::LiftNotExcluded => {
@@ -365,7 +396,7 @@ impl Event {
 }
 
 impl EventKind {
-    /// Whether it concerns the machine's stability, not the log.
+    /// Whether the event concerns the machine's stability, not the log.
     #[must_use]
     pub fn is_stability(self) -> bool {
         match self {
@@ -378,14 +409,47 @@ impl EventKind {
         }
     }
 
-    /// Whether a wheel is off the ground.
+    /// Whether the event means that a wheel is off the ground.
     pub(crate) fn is_lift(self) -> bool {
         matches!(self, Self::WheelLift | Self::EdgeTipping | Self::TipOver)
     }
 
-    /// Whether rows show that it happened: not what is only possible between them, and not a matter of the log.
+    /// Whether rows show that the event happened: neither a mere possibility between rows, nor a matter of the log.
     #[must_use]
     pub fn is_observed(self) -> bool {
         self.is_stability() && self != Self::LiftNotExcluded
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn event(kind: EventKind, span_s: [i64; 2]) -> Event {
+        let [start_ns, end_ns] = span_s.map(|s| s * 1_000_000_000);
+        Event {
+            end_ns: Some(end_ns),
+            ..Event::blank(kind, start_ns, "left".into())
+        }
+    }
+
+    #[test]
+    fn what_happens_in_a_fall_that_was_under_way_is_a_part_of_it() {
+        let seen = event(EventKind::EdgeTipping, [0, 9]);
+        let unseen = Event {
+            is_under_way: true,
+            ..seen.clone()
+        };
+        let unlikely = Event {
+            certainty: Some(0.3),
+            ..unseen.clone()
+        };
+        let [within, later] = [[4, 5], [10, 11]].map(|span_s| event(EventKind::WheelLift, span_s));
+        assert!(within.is_of_fall_under_way(std::slice::from_ref(&unseen)));
+        assert!(!later.is_of_fall_under_way(std::slice::from_ref(&unseen)));
+        for fall in [seen, unlikely] {
+            assert!(!within.is_of_fall_under_way(&[fall]));
+        }
+        assert!(unseen.is_of_fall_under_way(&[]));
     }
 }

@@ -18,10 +18,10 @@ use super::tipping::{Tipping, distances};
 
 /// Time within which the error of a computed load counts as constant (ns).
 pub(super) const CONSTANT_ERROR_NS: u64 = 30_000_000_000;
-/// Standard deviation of the computed load off an edge while the platform rotates about it, beside what the machine's
-/// parameters explain: of its motion, as a share of the weight.
+/// Standard deviation of the computed load off an edge while the platform rotates about it, beside the effect of the machine's
+/// parameters: that of its motion, as a share of the weight.
 const ROTATING_SHARE: f64 = 0.005;
-/// How far a sum of OTF may differ from the envelope to count as its end, as a share of the weight.
+/// Largest difference between a sum of OTF and the end of the envelope for both to count as equal, as a share of the weight.
 const SAME_SHARE: f64 = 1e-3;
 
 /// Finds the confidence of the events of a log.
@@ -48,12 +48,12 @@ impl KnownError {
     };
 }
 
-/// How certain it is that a load was below a limit.
+/// Probability that a load was below a limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Confidence {
-    /// Under the stated split.
+    /// Probability under the stated split.
     pub(super) stated: Option<f64>,
-    /// Under any split.
+    /// Probability under any split.
     pub(super) any_split: Option<f64>,
     /// The row.
     pub(super) row: usize,
@@ -144,9 +144,9 @@ impl<'a> Evidence<'a> {
         sigma.flatten().unwrap_or(f64::NAN)
     }
 
-    /// How certain it is that the load of a wheel was below `limit_n` in an episode, from the row that shows it
-    /// best. Rows in which the machine rotates about an edge count through the certainty of that. Tipping about an edge, by
-    /// loads or by a rotation, needs every wheel off it unloaded, under any split: no wheel off it was less certainly below.
+    /// Returns the probability that the load of a wheel was below `limit_n` in an episode, from the row that shows it best. Rows
+    /// in which the machine rotates about an edge count through the certainty of the rotation. Tipping about an edge, by loads or
+    /// by a rotation, needs every wheel off it unloaded, under any split: no wheel off it was less certainly below.
     pub(super) fn below(&self, wheel: usize, limit_n: f64, episode: Episode) -> Confidence {
         let unloading: Vec<&Tipping> = (self.tippings.iter())
             .filter(|tipping| tipping.factors[wheel] > 0.0)

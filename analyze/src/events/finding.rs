@@ -5,7 +5,7 @@ use std::fmt;
 /// A finding.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Finding {
-    /// What happened: which wheel, when, for how long, how certain.
+    /// The event: which wheel, when, for how long, how certain.
     pub headline: String,
     /// The numbers behind it, one statement each.
     pub evidence: Vec<String>,

@@ -78,6 +78,8 @@ pub(crate) fn faults(loaded: &LoadedLog, spans: &[FaultSpan], rows: &Table) -> V
                 samples: span.samples,
                 explanation: (finding.explanation).map(|explanation| explanation.text(machine)),
                 loads_are_right: loads_are_right(finding, machine_has_imu),
+                possible_since_ns: (finding.kind == FaultKind::Contradiction)
+                    .then_some(finding.possible_since_ns),
             }),
             ..Event::blank(EventKind::InputFault, span.start_ns, subject)
         }
@@ -93,16 +95,45 @@ fn loads_are_right(finding: &Finding, has_imu: bool) -> Option<f64> {
         .then(|| finding.part.loads_are_right(explanation))
 }
 
-/// Weighs the events of the machine: where signals that its loads rest on contradict each other meanwhile, its certainty is
-/// multiplied by the probability that the loads are right all the same. What gyro and attitude show needs no load.
-pub(crate) fn add_doubts(events: &mut [Event]) {
+/// Weighs the events of the machine: where signals that its loads rest on contradict each other then or later, its certainty is
+/// multiplied by the probability that the loads are right all the same. A doubt reaches back to when the sensor was last supported. What
+/// gyro and attitude show needs no load: neither a tipping nor the wheels off its edge from its start on. `is_off`: whether a wheel is off
+/// an edge, both in lower case.
+pub(crate) fn add_doubts(events: &mut [Event], is_off: &dyn Fn(&str, &str) -> bool) {
+    let is_shown_tipping = |event: &&Event| {
+        let is_tipping = matches!(event.kind, EventKind::EdgeTipping | EventKind::TipOver);
+        is_tipping && event.is_measured() && event.is_fact() && event.other_edge().is_none()
+    };
+    let tippings: Vec<(String, [i64; 2])> = (events.iter().filter(is_shown_tipping))
+        .map(|event| (event.subject.clone(), event.span_ns()))
+        .collect();
+    let is_shown = |event: &Event| {
+        let is_of_wheel = matches!(event.kind, EventKind::WheelLight | EventKind::WheelLift);
+        let mut tippings = tippings.iter();
+        is_of_wheel
+            && tippings.any(|(edge, span_ns)| {
+                event.start_ns >= span_ns[0]
+                    && event.overlaps(*span_ns)
+                    && is_off(edge, &event.subject)
+            })
+    };
     let doubts: Vec<([i64; 2], String, f64)> = (events.iter())
         .filter_map(|event| {
-            let right = event.fault.as_ref()?.loads_are_right?;
-            Some((event.span_ns(), event.subject.clone(), right))
+            let fault = event.fault.as_ref()?;
+            let right = fault.loads_are_right?;
+            let [start_ns, end_ns] = event.span_ns();
+            let since_ns = fault.possible_since_ns.unwrap_or(start_ns);
+            Some((
+                [since_ns.min(start_ns), end_ns],
+                event.subject.clone(),
+                right,
+            ))
         })
         .collect();
-    for event in events.iter_mut().filter(|event| event.rests_on_loads()) {
+    for event in events.iter_mut() {
+        if !event.rests_on_loads() || is_shown(event) {
+            continue;
+        }
         let meanwhile = doubts
             .iter()
             .filter(|(span_ns, ..)| event.overlaps(*span_ns));
@@ -160,12 +191,49 @@ mod tests {
                 samples: 1,
                 explanation: None,
                 loads_are_right: Some(0.5),
+                possible_since_ns: None,
             }),
             ..Event::blank(EventKind::InputFault, 0, "lift".into())
         };
-        let mut events = [fall, measured, doubt];
-        add_doubts(&mut events);
+        let lift = |wheel: &str, start_ns: i64| Event {
+            certainty: Some(0.8),
+            ..Event::blank(EventKind::WheelLift, start_ns, wheel.into())
+        };
+        let lifts = [lift("fr", 0), lift("fr", -1), lift("fl", 0)];
+        let mut events = [&[fall, measured, doubt][..], &lifts].concat();
+        add_doubts(&mut events, &|edge, wheel| edge == "left" && wheel == "fr");
         assert_eq!(events[0].certainty, Some(0.4995));
         assert_eq!(events[1].certainty, Some(0.999));
+        // the wheels off its edge are as certain from its start on
+        let of_lifts: Vec<Option<f64>> = events[3..].iter().map(|it| it.certainty).collect();
+        assert_eq!(of_lifts, [Some(0.8), Some(0.4), Some(0.4)]);
+    }
+
+    #[test]
+    fn a_doubt_reaches_back_to_when_the_sensor_was_last_supported() {
+        let certainty = |end_ns: i64| {
+            let lift = Event {
+                certainty: Some(0.9),
+                end_ns: Some(end_ns),
+                ..Event::blank(EventKind::WheelLift, 0, "fl".into())
+            };
+            let doubt = Event {
+                fault: Some(InputFault {
+                    kind: FaultKind::Contradiction,
+                    policy: Policy::Widen,
+                    limit: None,
+                    samples: 1,
+                    explanation: None,
+                    loads_are_right: Some(0.5),
+                    possible_since_ns: Some(100),
+                }),
+                ..Event::blank(EventKind::InputFault, 200, "slew".into())
+            };
+            let mut events = [lift, doubt];
+            add_doubts(&mut events, &|_, _| false);
+            events[0].certainty
+        };
+        assert_eq!(certainty(150), Some(0.45));
+        assert_eq!(certainty(50), Some(0.9));
     }
 }

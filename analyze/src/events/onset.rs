@@ -1,4 +1,4 @@
-//! When a load reached zero, and how uncertain that time is.
+//! Time at which a load reached zero, and its uncertainty.
 //!
 //! Two shapes occur. While other wheels hold the machine, the overturning force of a lifting wheel passes through
 //! zero. Once the machine rotates about an edge, nothing is left to fall: the true load stays at zero, and the
@@ -22,35 +22,42 @@ const FINE_S: f64 = 0.2;
 /// The smoother rounds a corner, and a tyre springs back before it leaves the ground: their effect on the onset (s),
 /// one standard deviation.
 const ROUNDING_S: f64 = 0.03;
-/// The same of a passage through zero (s).
+/// Effect of rounding on the onset in a passage through zero (s), one standard deviation.
 const PASSAGE_S: f64 = 0.02;
-/// The same of a rotation alone: the last tyre on the other side springs back before it leaves the ground (s).
+/// Effect of rounding on the onset of a rotation alone (s), one standard deviation: the last tyre on the other side springs back
+/// before it leaves the ground.
 const ROTATION_S: f64 = 0.08;
 /// Rates of rotation are averaged over this time, and candidates of the onset are so far apart (s); over more where there would be more
 /// than so many of them.
 const RATE_BIN_S: f64 = 0.02;
 const MOST_BINS: f64 = 300.0;
-/// How fast a platform on its wheels may rotate: standard deviations (rad/s), and for how long one way (s).
+/// Rocking of a platform on its wheels: standard deviations of its rate (rad/s), and times for which it goes one way (s).
 const ROCKING_RATES: [f64; 6] = [0.001, 0.003, 0.008, 0.02, 0.05, 0.12];
 const ROCKING_S: [f64; 2] = [0.1, 0.3];
 /// A rotation is no rocking from so many standard deviations of its rate on.
 const CLEAR_ROCKING: f64 = 3.0;
-/// How fast a fall grows by itself (1/s): the square root of weight times height over inertia about the edge.
+/// Growth rates of a fall (1/s): the square root of weight times height over inertia about the edge.
 const FALL_GROWTHS: [f64; 4] = [0.5, 1.5, 2.5, 4.0];
 /// Least variance of the white noise of an averaged rate (rad^2/s^2).
 const LEAST_WHITE: f64 = 1e-9;
 /// Prior standard deviations of w, u, v (rad/s, rad/s^3, rad/s^4).
 const RATE_PRIORS: [f64; 3] = [0.03, 2.0, 4.0];
-/// How far from the onset of a rotation the corner is looked for (standard deviations).
+/// Time before its rates in which a rotation may have begun that is under way in the first of them (s).
+const BEGUN_S: f64 = 1.0;
+/// Rotation since the first rate in which the rates tell whether it had begun (rad): farther on, a fall grows otherwise than at first.
+const BEGINNING_RAD: f64 = 2.0 * std::f64::consts::PI / 180.0;
+/// Probability, that of two standard deviations on one side, from which on a rotation may have begun before its rates do.
+pub(super) const MAY_HAVE_BEGUN: f64 = 0.023;
+/// Distance from the onset of a rotation within which the corner is looked for (standard deviations).
 pub(super) const NEAR_SIGMAS: f64 = 3.0;
-/// Up to so many standard deviations a level is that of the stated machine.
+/// Standard deviations up to which a level is that of the stated machine.
 pub(super) const STATED_SIGMAS: f64 = 3.0;
-/// Values farther apart leave unknown what was between them (s).
+/// Distance of two values from which the curve between them is unknown (s).
 pub(super) const GAP_S: f64 = 0.25;
 /// Fewest values of a fit.
 const FEWEST: usize = 8;
 
-/// When a load reached zero.
+/// Time at which a load reached zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Onset {
     /// The time (s), on the clock of the values.
@@ -79,7 +86,7 @@ impl Curve {
         }
     }
 
-    /// Means over so much time.
+    /// Averages the values over bins of `bin_s`.
     fn binned(&self, bin_s: f64) -> Self {
         let mut binned = Self::default();
         let mut first = 0;
@@ -113,8 +120,8 @@ impl Curve {
             .min_by(|a, b| (a - near_s).abs().total_cmp(&(b - near_s).abs()))
     }
 
-    /// How long before a time the load was last above `level_n`, and how long after it is first below minus that, or else
-    /// lowest before it rises to zero again: the longer one (s).
+    /// Returns the larger of two times (s): that since the load was last above `level_n` before `at_s`, and that until the load
+    /// is first below `-level_n`, or else lowest before it rises to zero again.
     fn within_s(&self, at_s: f64, level_n: f64) -> f64 {
         let first_s = self.falls_through(level_n).rfind(|t| *t < at_s);
         let first_s = first_s.or(self.times_s.first().copied()).unwrap_or(at_s);
@@ -129,10 +136,10 @@ impl Curve {
         (at_s - first_s).max(last_s - at_s)
     }
 
-    /// Whether values are missing somewhere between two times.
+    /// Whether values are missing somewhere between two times. Before the first of all, none is missing.
     pub(super) fn has_gap(&self, from_s: f64, to_s: f64) -> bool {
         let inside = self.between(from_s, to_s).map(|(t, _)| t);
-        let mut before = from_s;
+        let mut before = (self.times_s.first()).map_or(from_s, |first_s| from_s.max(*first_s));
         let times = inside.chain(std::iter::once(to_s));
         times
             .into_iter()
@@ -147,7 +154,7 @@ impl Curve {
     }
 }
 
-/// The passage of a falling load through zero near `near_s`, if it has one.
+/// Finds the passage of a falling load through zero near `near_s`, if it has one.
 ///
 /// ```text
 ///     load = c0 + c1 t + c2 t^2 near it,    var t = var c0 / (d load / dt)^2 + d^2
@@ -210,7 +217,7 @@ fn between(curve: &Curve, at_s: f64, sigma_n: f64) -> Onset {
     }
 }
 
-/// The corner at which a load stops falling, between the ends of the curve.
+/// Finds the corner at which a load stops falling, between the ends of the curve.
 ///
 /// For each candidate t0 the load is fitted by
 /// ```text
@@ -339,7 +346,7 @@ pub(super) fn until_level(curve: &Curve, onset: Onset, falls_s: f64, sigma_n: f6
     }
 }
 
-/// When a rotation began, by its rate alone, between the ends of the curve.
+/// Finds the onset of a rotation by its rate alone, between the ends of the curve.
 ///
 /// ```text
 ///     rate = w + g + e before t0
@@ -353,64 +360,14 @@ pub(super) fn until_level(curve: &Curve, onset: Onset, falls_s: f64, sigma_n: f6
 /// platform rocks adds to the standard deviation. `angle` is the rotation at a time since the platform stood on all wheels,
 /// of standard deviation `lean_rad` at the onset; infinite where unknown.
 pub(super) fn of_rates(rates: &Curve, angle: impl Fn(f64) -> f64, lean_rad: f64) -> Option<Onset> {
-    let span_s = *rates.times_s.last()? - *rates.times_s.first()?;
-    let bin_s = RATE_BIN_S.max(span_s / MOST_BINS);
-    let binned = rates.binned(bin_s);
-    let (first, last) = (*binned.times_s.first()?, *binned.times_s.last()?);
-    let white =
-        white_noise(rates) * (rates.times_s.len() as f64 / binned.times_s.len() as f64).recip();
-    let kinds = ROCKING_S.into_iter().flat_map(|time_s| {
-        let whitener = move |sigma| (sigma, time_s);
-        ROCKING_RATES.into_iter().map(whitener)
-    });
-    let rocking: Vec<(f64, Whitener, Vec<f64>, Vec<f64>)> = kinds
-        .map(|(sigma, time_s)| {
-            let whitener = Whitener::new(&binned.times_s, sigma, time_s, white.max(LEAST_WHITE));
-            let rates = whitener.apply(&binned.loads_n);
-            let constant = whitener.apply(&vec![1.0; binned.times_s.len()]);
-            (sigma, whitener, rates, constant)
-        })
-        .collect();
-    let mut weighed: Vec<(f64, f64, f64)> = Vec::new();
-    for t0 in candidates(first, last, bin_s) {
-        let since = |of: &dyn Fn(f64) -> f64| -> Vec<f64> {
-            let times = binned.times_s.iter();
-            times.map(|t| of((t - t0).max(0.0))).collect()
-        };
-        let cube = since(&|t| t.powi(3));
-        let falls = FALL_GROWTHS
-            .map(|growth| since(&|t| 2.0 * ((growth * t).cosh() - 1.0) / (growth * growth)));
-        let leant = angle(t0) / lean_rad;
-        for (sigma, whitener, y, constant) in &rocking {
-            let cube = whitener.apply(&cube);
-            for fall in &falls {
-                let fall = whitener.apply(fall);
-                let Some((coefficients, log_evidence)) = evidence(y, [constant, &fall, &cube])
-                else {
-                    continue;
-                };
-                let [_, u, v] = coefficients;
-                if u >= 0.0 && u + v * (last - t0) > 0.0 {
-                    let log = log_evidence + whitener.log_density - 0.5 * leant * leant;
-                    weighed.push((t0, *sigma, log));
-                }
-            }
-        }
-    }
-    let largest = weighed.iter().map(|(_, _, log)| *log).reduce(f64::max)?;
-    let mean = |of: &dyn Fn(f64, f64) -> f64| -> f64 {
-        let weights = weighed.iter().map(|(t0, sigma, log)| {
-            let weight = (log - largest).exp();
-            (weight, weight * of(*t0, *sigma))
-        });
-        let (total, sum) = weights.fold((0.0, 0.0), |sums, it| (sums.0 + it.0, sums.1 + it.1));
-        sum / total
-    };
-    let at_s = mean(&|t0, _| t0);
-    let variance = mean(&|t0, _| (t0 - at_s).powi(2));
+    let onsets = WeighedOnsets::of(rates, angle, lean_rad, 0.0)?;
+    let last = *onsets.binned.times_s.last()?;
+    let at_s = onsets.mean(|t0, _| t0);
+    let variance = onsets.mean(|t0, _| (t0 - at_s).powi(2));
     // as long as it is not faster than the platform rocks, a fall cannot be told from it
-    let outgrows = CLEAR_ROCKING * mean(&|_, sigma| sigma);
-    let grown_s = binned
+    let outgrows = CLEAR_ROCKING * onsets.mean(|_, sigma| sigma);
+    let grown_s = onsets
+        .binned
         .between(at_s, last)
         .find(|(_, rate)| *rate > outgrows);
     let hidden_s = grown_s.map_or(last, |(t, _)| t) - at_s;
@@ -420,6 +377,103 @@ pub(super) fn of_rates(rates: &Curve, angle: impl Fn(f64) -> f64, lean_rad: f64)
         level_n: None,
     })
     .filter(|onset| onset.sigma_s.is_finite())
+}
+
+/// Probability that a rotation had begun when its rates do: of a platform that turns already in the first of them, [`of_rates`] takes
+/// that rate for a constant error of the gyro, and a fall that grows faster and faster for one that begins later. Onsets before the
+/// rates, in which the same fall is slower at first, are candidates beside those in them.
+pub(super) fn had_begun(rates: &Curve) -> f64 {
+    let mut rotation_rad = 0.0;
+    let mut beginning = Curve::default();
+    let mut last_s = rates.times_s.first().copied().unwrap_or(0.0);
+    for (&t, &rate) in rates.times_s.iter().zip(&rates.loads_n) {
+        rotation_rad += rate * (t - std::mem::replace(&mut last_s, t));
+        if rotation_rad > BEGINNING_RAD {
+            break;
+        }
+        beginning.push(t, rate);
+    }
+    let onsets = WeighedOnsets::of(&beginning, |_| 0.0, f64::INFINITY, BEGUN_S);
+    onsets.map_or(0.0, |onsets| {
+        let first_s = onsets.binned.times_s[0];
+        onsets.mean(|t0, _| f64::from(u8::from(t0 <= first_s)))
+    })
+}
+
+/// Candidates of the onset of a rotation by its rates, weighed by how likely each of them is.
+struct WeighedOnsets {
+    /// The rates, averaged.
+    binned: Curve,
+    /// Onset (s), rate at which the platform rocks (rad/s), and the logarithm of their likelihood.
+    candidates: Vec<(f64, f64, f64)>,
+    largest_log: f64,
+}
+
+impl WeighedOnsets {
+    /// Weighs onsets from `before_s` before the first rate on; see [`of_rates`]. `None` if no candidate fits.
+    fn of(rates: &Curve, angle: impl Fn(f64) -> f64, lean_rad: f64, before_s: f64) -> Option<Self> {
+        let span_s = *rates.times_s.last()? - *rates.times_s.first()?;
+        let bin_s = RATE_BIN_S.max(span_s / MOST_BINS);
+        let binned = rates.binned(bin_s);
+        let (first, last) = (*binned.times_s.first()?, *binned.times_s.last()?);
+        let white =
+            white_noise(rates) * (rates.times_s.len() as f64 / binned.times_s.len() as f64).recip();
+        let kinds = ROCKING_S.into_iter().flat_map(|time_s| {
+            let whitener = move |sigma| (sigma, time_s);
+            ROCKING_RATES.into_iter().map(whitener)
+        });
+        let rocking: Vec<(f64, Whitener, Vec<f64>, Vec<f64>)> = kinds
+            .map(|(sigma, time_s)| {
+                let whitener =
+                    Whitener::new(&binned.times_s, sigma, time_s, white.max(LEAST_WHITE));
+                let rates = whitener.apply(&binned.loads_n);
+                let constant = whitener.apply(&vec![1.0; binned.times_s.len()]);
+                (sigma, whitener, rates, constant)
+            })
+            .collect();
+        let mut weighed: Vec<(f64, f64, f64)> = Vec::new();
+        for t0 in candidates(first - before_s, last, bin_s) {
+            let since = |of: &dyn Fn(f64) -> f64| -> Vec<f64> {
+                let times = binned.times_s.iter();
+                times.map(|t| of((t - t0).max(0.0))).collect()
+            };
+            let cube = since(&|t| t.powi(3));
+            let falls = FALL_GROWTHS
+                .map(|growth| since(&|t| 2.0 * ((growth * t).cosh() - 1.0) / (growth * growth)));
+            let leant = angle(t0) / lean_rad;
+            for (sigma, whitener, y, constant) in &rocking {
+                let cube = whitener.apply(&cube);
+                for fall in &falls {
+                    let fall = whitener.apply(fall);
+                    let Some((coefficients, log_evidence)) = evidence(y, [constant, &fall, &cube])
+                    else {
+                        continue;
+                    };
+                    let [_, u, v] = coefficients;
+                    if u >= 0.0 && u + v * (last - t0) > 0.0 {
+                        let log = log_evidence + whitener.log_density - 0.5 * leant * leant;
+                        weighed.push((t0, *sigma, log));
+                    }
+                }
+            }
+        }
+        let largest_log = weighed.iter().map(|(_, _, log)| *log).reduce(f64::max)?;
+        Some(Self {
+            binned,
+            candidates: weighed,
+            largest_log,
+        })
+    }
+
+    /// The mean of what depends on the onset (s) and on the rate at which the platform rocks (rad/s).
+    fn mean(&self, of: impl Fn(f64, f64) -> f64) -> f64 {
+        let weights = self.candidates.iter().map(|(t0, sigma, log)| {
+            let weight = (log - self.largest_log).exp();
+            (weight, weight * of(*t0, *sigma))
+        });
+        let (total, sum) = weights.fold((0.0, 0.0), |sums, it| (sums.0 + it.0, sums.1 + it.1));
+        sum / total
+    }
 }
 
 /// Variance of the white noise of a curve, by the differences of its neighbours: their median is that of noise also where
@@ -439,9 +493,9 @@ fn white_noise(curve: &Curve) -> f64 {
 /// Turns a curve with exponentially forgotten and white noise into one with unit white noise: the innovations of a Kalman
 /// filter of one state.
 struct Whitener {
-    /// By sample: what is left of the state, the gain, the standard deviation of the innovation.
+    /// By sample: remaining share of the state, gain, standard deviation of the innovation.
     steps: Vec<(f64, f64, f64)>,
-    /// Of the noise, but for the squares.
+    /// Logarithm of the density of the noise, without the term of the squares.
     log_density: f64,
 }
 
@@ -520,7 +574,7 @@ struct Fit<const N: usize> {
     cost: f64,
     /// Variance of a residual (N^2).
     residual_n2: f64,
-    /// The same, enlarged by the correlation of neighbours, so that all residuals count as independent (N^2).
+    /// Variance of a residual enlarged by the correlation of neighbours, so that all residuals count as independent (N^2).
     noise_n2: f64,
     count: usize,
 }
@@ -595,6 +649,23 @@ mod tests {
         }
     }
 
+    /// The first rows of a causal estimator settle: they have no loads.
+    #[test]
+    fn rows_before_the_first_load_are_no_gap() {
+        let mut curve = falling(1500.0);
+        let kept = curve.times_s.partition_point(|t| *t < 0.39);
+        curve.times_s.drain(..kept);
+        curve.loads_n.drain(..kept);
+        assert!(!curve.has_gap(0.0, 2.9));
+        let hole = 100..140;
+        curve.times_s.drain(hole.clone());
+        curve.loads_n.drain(hole);
+        assert!(curve.has_gap(0.0, 2.9));
+        assert!(!curve.has_gap(2.0, 2.9));
+        assert!(curve.has_gap(2.0, 4.0));
+        assert!(Curve::default().has_gap(0.0, 2.9));
+    }
+
     #[test]
     fn the_rotation_sharpens_a_slow_corner() {
         let mut rates = Curve::default();
@@ -609,6 +680,31 @@ mod tests {
         let both = corner(&falling(250.0), &rates, 150.0, None).unwrap();
         assert!(both.sigma_s < by_load.sigma_s, "{both:?} {by_load:?}");
         assert!((both.at_s - 2.0).abs() < 0.03, "{both:?}");
+    }
+
+    /// Rates of a platform that falls from a time on (s), in steps of 10 ms from 0 s on, with noise and a constant error of the gyro.
+    fn falling_rates(from_s: f64, steps: u32) -> Curve {
+        let mut rates = Curve::default();
+        for k in 0..steps {
+            let t = f64::from(k) * 0.01;
+            let since_s = (t - from_s).max(0.0);
+            let fall = 0.3 * ((2.5 * since_s).cosh() - 1.0);
+            rates.push(t, 0.009 + fall + 1e-3 * (91.0 * t).sin());
+        }
+        rates
+    }
+
+    #[test]
+    fn a_fall_that_is_under_way_in_the_first_rates_had_begun() {
+        for from_s in [-0.6, -0.3, -0.1] {
+            let probability = had_begun(&falling_rates(from_s, 80));
+            assert!(probability > 0.97, "{from_s} s: {probability}");
+        }
+        for (from_s, steps) in [(0.3, 110), (0.6, 140), (1.0, 180)] {
+            let probability = had_begun(&falling_rates(from_s, steps));
+            assert!(probability < MAY_HAVE_BEGUN, "{from_s} s: {probability}");
+        }
+        assert_eq!(had_begun(&Curve::default()), 0.0);
     }
 
     /// In the quick motion of a fall, a smoothed load is wrong for some tenths of a second one way.
@@ -630,7 +726,7 @@ mod tests {
         }
     }
 
-    /// The machine file does not know a load: what is computed stops falling 4600 N above zero.
+    /// The machine file does not know a load: the computed load stops falling 4600 N above zero.
     #[test]
     fn a_corner_is_found_at_any_level() {
         let mut curve = falling(1500.0);

@@ -19,7 +19,7 @@ const MOST_BLOCKS: usize = 16;
 pub(super) const MOST_ROWS_BACK: usize = 400;
 /// Rows that are computed at once where the pass has gone on.
 const ROWS_ANEW: usize = 64;
-/// Most windows of such rows that are kept.
+/// Most windows of rows computed anew that are kept.
 const MOST_WINDOWS: usize = 64;
 
 /// The rows up to the end of the pass.
@@ -38,7 +38,7 @@ pub(super) struct Pages<'a> {
 }
 
 impl<'a> Pages<'a> {
-    /// Whether the loads are those of something supposed.
+    /// Whether the loads are those of a supposition.
     pub(super) fn is_supposed(&self) -> bool {
         self.table.is_supposed()
     }
@@ -98,7 +98,7 @@ impl<'a> Pages<'a> {
         self.times_ns[0] + (at_s * 1e9).round() as i64
     }
 
-    /// The row at such a time, or the next one.
+    /// Returns the row at a time (s), or the next one.
     pub(super) fn row_from(&self, at_s: f64) -> usize {
         self.at(self.time_ns(at_s))
     }

@@ -25,7 +25,7 @@ use crate::base::rows::Rows;
 use crate::base::table::Table;
 use crate::load::{LoadedLog, MeasuredLoads};
 
-/// Time without anything between two spells (ns): longer than what merges episodes.
+/// Time without anything between two spells (ns): longer than the gap between merged episodes.
 const APART_NS: i64 = 1_000_000_000;
 /// Time (ns) and rows before a spell that onsets and standard deviations are looked for in.
 const BEFORE_NS: i64 = 2_500_000_000;
@@ -36,9 +36,9 @@ pub(crate) struct EventPass<'a> {
     machine: &'a Machine,
     scope: Scope,
     min_loads_n: Option<&'a [f64]>,
-    /// As gyro and attitude show them.
+    /// Rotations about edges by gyro and attitude.
     rotations: &'a [FoundRotation],
-    /// By edge, the distance of the farthest wheel (m).
+    /// Distance of the farthest wheel from each edge (m).
     sizes_m: Vec<f64>,
     rows: Pages<'a>,
     steady: SteadyRows,
@@ -48,7 +48,7 @@ pub(crate) struct EventPass<'a> {
     waiting: VecDeque<Episode>,
     /// Tipping in the waiting spells and shortly before.
     tippings: Vec<Tipping>,
-    /// By their measured loads.
+    /// Supports without load, by their measured loads.
     unloaded: UnloadedSupports<'a>,
     events: Vec<Event>,
     lowest: Option<LowestOtf>,
@@ -76,7 +76,7 @@ impl LowestOtf {
 }
 
 impl<'a> EventPass<'a> {
-    /// Before the first block of a table.
+    /// Prepares the pass, before the first block of a table.
     pub(crate) fn new(
         machine: &'a Machine,
         table: &'a Table,
@@ -168,7 +168,7 @@ impl<'a> EventPass<'a> {
         &self.events
     }
 
-    /// After the last block: the events of the machine, in no order, and the smallest OTF in them.
+    /// Ends the pass after the last block; returns the events of the machine, in no order, and the smallest OTF in them.
     pub(crate) fn finish(mut self) -> (Vec<Event>, Option<LowestOtf>) {
         self.close();
         while let Some(spell) = self.waiting.pop_front() {
@@ -297,11 +297,37 @@ pub(crate) fn of_inputs(loaded: &LoadedLog, faults: &[FaultSpan], table: &Table)
     events
 }
 
+/// Takes the causes from what happened in a fall that was under way when the rows begin: what they show is the fall, not what led to it.
+fn leave_unseen_open(events: &mut [Event]) {
+    let all: &[Event] = events;
+    let is_open = all.iter().map(|event| event.is_of_fall_under_way(all));
+    let is_open: Vec<bool> = is_open.collect();
+    for (event, _) in events
+        .iter_mut()
+        .zip(is_open)
+        .filter(|(_, is_open)| *is_open)
+    {
+        event.causes = None;
+    }
+}
+
 /// All events, sorted by start: those that the pass found and those of the inputs.
-pub(crate) fn sorted(mut events: Vec<Event>, of_inputs: Vec<Event>) -> Vec<Event> {
+pub(crate) fn sorted(
+    machine: &Machine,
+    mut events: Vec<Event>,
+    of_inputs: Vec<Event>,
+) -> Vec<Event> {
+    let is_off = |edge: &str, wheel: &str| {
+        machine.edge_named(edge).is_some_and(|edge| {
+            let stays = machine.stays_on_ground(&machine.polygon().edges()[edge]);
+            let mut wheels = machine.wheels().iter().zip(stays);
+            wheels.any(|(it, stays)| !stays && it.name.to_lowercase() == wheel)
+        })
+    };
     add_leads(&mut events);
+    leave_unseen_open(&mut events);
     events.extend(of_inputs);
-    inputs::add_doubts(&mut events);
+    inputs::add_doubts(&mut events, &is_off);
     events.sort_by(|a, b| {
         a.start_ns
             .cmp(&b.start_ns)

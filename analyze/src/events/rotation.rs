@@ -22,7 +22,7 @@ const AFTER_NS: i64 = 20_000_000_000;
 /// Rotation up to which the onset is fitted (rad).
 const FITTED_RAD: f64 = 6.0 * std::f64::consts::PI / 180.0;
 /// An onset this close to the first sample is not in the log (s).
-const FIRST_S: f64 = 0.1;
+pub(super) const FIRST_S: f64 = 0.1;
 /// A platform stood if it rotated by less than this for so long (rad, s).
 const STOOD_RAD: f64 = 1.0 * std::f64::consts::PI / 180.0;
 const STOOD_S: f64 = 0.4;
@@ -45,21 +45,21 @@ const FALL_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
 pub(crate) struct FoundRotation {
     /// Name of the edge.
     pub(crate) edge: String,
-    /// That of the gyro, where the attitude shows this one.
+    /// Name of the edge that the gyro shows, where the attitude shows `edge`.
     pub(crate) other_edge: Option<String>,
-    /// What the watch saw.
+    /// Spell of rotation that the watch found.
     pub(crate) spell: RotationSpell,
-    /// When it began (ns): the onset, or else the first sample that shows it.
+    /// Start of the rotation (ns): the onset, or else the first sample that shows it.
     pub(crate) start_ns: i64,
     /// Standard deviation of the onset (s); `None` where the log does not contain it.
     pub(crate) start_sigma_s: Option<f64>,
-    /// When the platform was back; `None` if the rotation stands at the end of the log.
+    /// Time at which the platform was back (ns); `None` if the rotation stands at the end of the log.
     pub(crate) end_ns: Option<i64>,
-    /// Whether it does not grow faster and faster, as a fall does: see [`creeps`].
+    /// Whether the rotation does not grow faster and faster, as a fall does: see [`creeps`].
     pub(crate) creeps: bool,
     /// Rotation since the start (rad), outwards positive, by time (ns).
     pub(crate) angles: Vec<(i64, f64)>,
-    /// How far tyres let the platform turn about the edge (rad).
+    /// Largest rotation about the edge that the tyres allow (rad).
     pub(crate) on_tyres_rad: f64,
 }
 
@@ -75,13 +75,13 @@ impl FoundRotation {
         )
     }
 
-    /// When the rotation first reached an angle (rad).
+    /// Returns the time (ns) at which the rotation first reached an angle (rad).
     pub(crate) fn reached(&self, angle: f64) -> Option<i64> {
         let mut angles = self.angles.iter();
         angles.find(|(_, at)| *at >= angle).map(|(at_ns, _)| *at_ns)
     }
 
-    /// When it began, in seconds after a time (ns), if gyro and attitude show it.
+    /// Returns the onset, in seconds after a time (ns), if gyro and attitude show it.
     pub(super) fn onset(&self, since_ns: i64) -> Option<Onset> {
         Some(Onset {
             at_s: (self.start_ns - since_ns) as f64 * 1e-9,
@@ -90,8 +90,8 @@ impl FoundRotation {
         })
     }
 
-    /// Until when (ns) the wheels off the edge were off the ground for certain: a platform that comes back touches it while
-    /// its tyres still let it lean.
+    /// Returns the time (ns) until which the wheels off the edge were off the ground for certain: when the platform comes back,
+    /// they touch it while the tyres still let the platform lean.
     pub(super) fn off_ground_until_ns(&self) -> i64 {
         if self.end_ns.is_none() {
             return i64::MAX;
@@ -101,8 +101,9 @@ impl FoundRotation {
         leans.map_or(self.start_ns, |(at_ns, _)| *at_ns)
     }
 
-    /// From when until when (ns) the platform stood on no wheel: it lay on its side, or tumbled. Gyro and attitude must agree
-    /// on it, and have seen how it got there: of a log without a reference before it, at least a part of it.
+    /// Returns the first and the last time (ns) in which the platform stood on no wheel: it lay on its side, or tumbled. Gyro and
+    /// attitude must agree on the rotation, and have seen how the platform got there: of a log without a reference before it, at
+    /// least a part of the way.
     pub(crate) fn on_side_ns(&self) -> Option<[i64; 2]> {
         let is_seen = !self.spell.is_from_start || self.is_seen_to_fall();
         let is_sure = self.spell.witness.is_both() && is_seen;
@@ -112,7 +113,7 @@ impl FoundRotation {
         Some([since, self.span_ns()[1]])
     }
 
-    /// Whether gyro and attitude turn together so far within the log that it is no error of a mounting.
+    /// Whether gyro and attitude together turn so far within the log that no error of a mounting explains the rotation.
     pub(crate) fn is_seen_to_fall(&self) -> bool {
         let angles = self.angles.iter().map(|(_, angle)| *angle);
         let [least, most] = [f64::min, f64::max].map(|of| angles.clone().reduce(of).unwrap_or(0.0));
@@ -130,7 +131,7 @@ impl FoundRotation {
         }
     }
 
-    /// The same, about this edge.
+    /// Returns the probability that the rotation happened about this edge.
     pub(super) fn certainty_of_edge(&self, is_by_loads: bool) -> f64 {
         let certainty = self.certainty(is_by_loads);
         match self.other_edge {
@@ -139,7 +140,7 @@ impl FoundRotation {
         }
     }
 
-    /// Which measurement shows it.
+    /// Returns the measurement that shows the rotation.
     pub(crate) fn witness(&self) -> RotationWitness {
         self.spell.witness
     }
@@ -156,16 +157,16 @@ impl FoundRotation {
     }
 }
 
-/// What gyro and attitude show of a log.
+/// Rotations that gyro and attitude show in a log.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Rotations {
     /// The rotations about edges.
     pub(crate) found: Vec<FoundRotation>,
-    /// How the platform turns about each edge at the end, the farthest first, if a fall may have begun.
+    /// Rotation of the platform about each edge at the end, the farthest first, if a fall may have begun.
     pub(crate) turning: Vec<Turning>,
 }
 
-/// What gyro and attitude show at a time.
+/// Evidence of gyro and attitude at a time.
 #[derive(Debug, Clone, Copy)]
 struct Point {
     at_ns: i64,
@@ -182,7 +183,7 @@ pub(crate) struct RotationTrace {
 }
 
 impl RotationTrace {
-    /// Takes what the watch has seen in a sample.
+    /// Takes the evidence of the watch in a sample.
     pub(crate) fn take(&mut self, watch: &PlatformRotation, stamp_ns: i64) {
         let shown = watch.shown_at(stamp_ns);
         if shown.iter().any(Option::is_some) {
@@ -283,22 +284,34 @@ impl RotationTrace {
                 || (since_first(first_s + for_s) < STOOD_RAD * for_s / STOOD_S
                     && since_first(onset.at_s) < FITTED_RAD)
         };
-        let onset: Option<Onset> = (!has_gap)
+        // without a reference, what turns already when the log begins had begun to, however much faster it turns later
+        let begins_with_log =
+            spell.is_from_start && self.first_ns.is_some_and(|first_ns| first_ns >= from_ns);
+        let had_begun = match begins_with_log && !has_gap {
+            true => onset::had_begun(&rates),
+            false => 0.0,
+        };
+        let onset: Option<Onset> = (!has_gap && had_begun < onset::MAY_HAVE_BEGUN)
             .then(|| onset::of_rates(&rates, lean_at, lean_rad))
             .flatten()
             .filter(|onset| onset.at_s > first_s + FIRST_S && stood(onset));
+        let shown_first = || {
+            let stood_at_first = lean_at(first_s) < SLOPE_SIGMAS * spell.sigma
+                && since_first(first_s + FIRST_S) < FITTED_RAD * FIRST_S / STOOD_S;
+            let shows = |(_, point): &&(i64, ShownUp)| {
+                point_at(first_s).is_some_and(|first| rotation(first, point) > FITTED_RAD)
+            };
+            (shown.iter().filter(|_| stood_at_first))
+                .find(shows)
+                .map(|(at_ns, _)| *at_ns)
+        };
         let start_ns = match onset {
             Some(onset) => from_ns + (onset.at_s * 1e9).round() as i64,
             None if spell.is_from_start && !has_gap => {
                 // one that may have stood on some wheels at first began at or before the sample that shows it, not before the log
-                let stood_at_first = lean_at(first_s) < SLOPE_SIGMAS * spell.sigma
-                    && since_first(first_s + FIRST_S) < FITTED_RAD * FIRST_S / STOOD_S;
-                let shows = |(_, point): &&(i64, ShownUp)| {
-                    point_at(first_s).is_some_and(|first| rotation(first, point) > FITTED_RAD)
-                };
-                (shown.iter().filter(|_| stood_at_first))
-                    .find(shows)
-                    .map(|(at_ns, _)| *at_ns)
+                (had_begun <= 1.0 - onset::MAY_HAVE_BEGUN)
+                    .then(shown_first)
+                    .flatten()
                     .or(self.first_ns)
                     .unwrap_or(spell.left_ns)
             }
@@ -359,8 +372,8 @@ fn rates(shown: &[(i64, ShownUp)], axis: &Vector3<f64>, from_ns: i64, left_ns: i
     rates
 }
 
-/// From when on the onset of a rotation is searched (ns): earlier where the onset found lies at the beginning, as long as the rates
-/// have no gap there and show an onset.
+/// Returns the time (ns) from which on the onset of a rotation is searched: earlier where the onset found lies at the beginning,
+/// as long as the rates have no gap there and show an onset.
 fn searched_from_ns(shown: &[(i64, ShownUp)], axis: &Vector3<f64>, left_ns: i64) -> i64 {
     let onset = |from_ns: i64| {
         let rates = rates(shown, axis, from_ns, left_ns);
@@ -386,8 +399,8 @@ fn searched_from_ns(shown: &[(i64, ShownUp)], axis: &Vector3<f64>, left_ns: i64)
     from_ns
 }
 
-/// Whether a rotation goes on at its mean rate. The moment that turns a falling platform grows with the rotation: from rest,
-/// it takes at least the cube of time,
+/// Whether the rotation of a platform goes on at its mean rate, unlike that of a fall. The moment that turns a falling platform
+/// grows with the rotation: from rest, the angle grows at least with the cube of time,
 /// ```text
 ///     angle = a t^3:      rate = 3 angle / t
 /// ```
@@ -424,7 +437,8 @@ mod tests {
         rotations(speed, until_s, roll).found
     }
 
-    /// The same, and how it turns at the end.
+    /// Finds the rotations of a platform on level ground that rolls (rad, to the right, by time in s) while it travels (m/s), and
+    /// how it turns at the end.
     fn rotations(speed: f64, until_s: f64, roll: impl Fn(f64) -> f64) -> Rotations {
         let spec = include_str!("../../../mechanics/tests/data/rigid.toml");
         let urdf = include_str!("../../../mechanics/tests/data/rigid.urdf");
@@ -506,7 +520,7 @@ mod tests {
         }
     }
 
-    /// A fall that begins at a time (s): the moment that turns it grows from zero.
+    /// Returns the angle of a fall that begins at a time (s): the moment that turns the machine grows from zero.
     fn fall(from_s: f64) -> impl Fn(f64) -> f64 {
         move |at_s: f64| {
             let since_s = (at_s - from_s).max(0.0);
@@ -590,6 +604,18 @@ mod tests {
             before[0].start_sigma_s.is_none() && before[0].start_ns < 50_000_000,
             "{before:?}"
         );
+    }
+
+    #[test]
+    fn a_slow_fall_that_is_under_way_in_the_first_samples_begins_with_the_log() {
+        let slow = |at_s: f64| {
+            let since_s = (at_s + 1.0).max(0.0);
+            (0.05 * ((1.5 * since_s).sinh() / 1.5 - since_s)).min(1.5)
+        };
+        let found = found(0.0, 5.0, slow);
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert_eq!(found[0].start_sigma_s, None);
+        assert!(found[0].start_ns < 50_000_000, "{}", found[0].start_ns);
     }
 
     #[test]

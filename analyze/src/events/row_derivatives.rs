@@ -1,4 +1,4 @@
-//! Derivatives of single rows: what the standard deviation of a sum of loads takes.
+//! Derivatives of single rows, as far as the standard deviation of a sum of loads needs them.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -6,7 +6,7 @@ use std::fmt;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::{Scope, State, Workspace, combination_sigma, evaluate};
 
-/// Derivatives of the OTF by the parameters, row by row as they are asked for. One row is often asked for several times,
+/// Derivatives of the OTF by the parameters, computed row by row on request. One row is often needed several times,
 /// with other sums of loads.
 pub(super) struct RowDerivatives {
     state: State<f64>,

@@ -57,7 +57,7 @@ fn share_in_words(share: f64) -> String {
     }
 }
 
-/// What equilibrium leaves open, to follow "how the".
+/// Returns the clause about the part of the load split that equilibrium leaves open, to follow "how the".
 #[must_use]
 pub(crate) fn sharing(machine: &Machine) -> String {
     match machine.contact().split {
@@ -66,7 +66,7 @@ pub(crate) fn sharing(machine: &Machine) -> String {
     }
 }
 
-/// Whether the machine file states what determines the split: flat ground and the stiffness of the tyres. Their
+/// Whether the machine file states the quantities that determine the split: flat ground and the stiffness of the tyres. Their
 /// uncertainties are in every band.
 #[must_use]
 pub(crate) fn is_stated(machine: &Machine) -> bool {
@@ -75,7 +75,8 @@ pub(crate) fn is_stated(machine: &Machine) -> bool {
     is_plane && contact.mean_stiffness.is_some() && matches!(contact.split, Split::Springs)
 }
 
-/// Names of what measures the force on a support or in a cylinder: where the log has these forces, they determine the split.
+/// Returns the names of the sensors that measure the force on a support or in a cylinder: where the log has these forces, they
+/// determine the split.
 #[must_use]
 pub(crate) fn measured_forces(machine: &Machine) -> Option<String> {
     let joints = machine.contact().actuated_joints.iter();

@@ -1,7 +1,7 @@
-//! One story of what the loads and what gyro and attitude show of a tipping.
+//! Combines the evidence of the loads and of gyro and attitude for a tipping.
 //!
-//! A measured rotation decides whether it happened, how far it went and how certain that is. The loads sharpen when it
-//! began, where their onset fits that of the rotation.
+//! A measured rotation decides whether the machine tipped, how far it rotated and how certain that is. The loads sharpen the
+//! onset, where theirs fits that of the rotation.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -10,12 +10,12 @@ use tipwatch_mechanics::{Placement, Scope, State};
 
 use super::event::{Bound, Event, EventKind, MeasuredRotation, ShownBy};
 use super::pages::MOST_ROWS_BACK;
-use super::rotation::FoundRotation;
+use super::rotation::{FIRST_S, FoundRotation};
 use super::row_derivatives::RowDerivatives;
 use super::tipping::{ROTATES_SIGMAS, factors_off};
 use crate::base::table::Table;
 
-/// Where gravity through the stated centre of mass passes over an edge.
+/// Point of no return: the rotation at which gravity through the stated centre of mass passes over an edge.
 #[derive(Clone, Copy)]
 struct NoReturn {
     /// Rotation about the edge (rad).
@@ -52,7 +52,7 @@ impl Stories<'_> {
         begins.min().map_or(row, |begins| begins.min(row))
     }
 
-    /// The events, those of rotations included that begin before `row`.
+    /// Joins the events with those of rotations that begin before `row`.
     pub(crate) fn told(&self, mut events: Vec<Event>, row: usize) -> Vec<Event> {
         let is_known = |it: &&FoundRotation| self.row_at(it.start_ns) <= row;
         // apart: a machine that tumbles on rotates about the same edge again
@@ -61,10 +61,67 @@ impl Stories<'_> {
             let (same, others): (Vec<Event>, Vec<Event>) =
                 (events.into_iter()).partition(|event| is_same(event, rotation));
             events = others;
-            stories.extend(self.story(rotation, &same));
+            let story = self.story(rotation, &same);
+            self.lift_with(&story, &same, &mut events);
+            stories.extend(story);
         }
         events.extend(stories);
         events
+    }
+
+    /// No wheel off an edge leaves the ground after the machine has begun to tip about it: where gyro and attitude date that earlier
+    /// than the loads, `by_loads`, the first lift of each wheel begins with it, and so does the time in which it is light.
+    fn lift_with(&self, story: &[Event], by_loads: &[Event], events: &mut [Event]) {
+        let began = |events: &[Event]| {
+            let mut events = events.iter();
+            events
+                .find(|event| event.kind == EventKind::EdgeTipping)
+                .cloned()
+        };
+        let Some(tipping) = began(story).filter(|it| it.is_fact() && it.other_edge().is_none())
+        else {
+            return;
+        };
+        let edge = self.machine.edge_named(&tipping.subject);
+        // on other supports, its edges are others
+        let Some(edge) = edge.filter(|_| self.table.supports().is_none()) else {
+            return;
+        };
+        let by_loads_ns = began(by_loads).map(|event| event.start_ns);
+        let stays = (self.machine).stays_on_ground(&self.machine.polygon().edges()[edge]);
+        let wheels = self.machine.wheels().iter().zip(stays);
+        let off = wheels.filter(|(_, stays)| !stays);
+        let kinds = [EventKind::WheelLight, EventKind::WheelLift];
+        for (wheel, kind) in off.flat_map(|(wheel, _)| kinds.map(|kind| (wheel, kind))) {
+            let name = wheel.name.to_lowercase();
+            let of_wheel = events.iter_mut().filter(|event| {
+                event.kind == kind && event.subject == name && event.overlaps(tipping.span_ns())
+            });
+            let first = of_wheel.min_by_key(|event| event.start_ns);
+            let Some(lift) = first.filter(|lift| lift.start_ns >= tipping.start_ns) else {
+                continue;
+            };
+            // only the last wheel off the edge lifts when the machine begins to tip; it was light before
+            let is_last = kind == EventKind::WheelLift
+                && lift.start_bound == Bound::At
+                && by_loads_ns == Some(lift.start_ns);
+            lift.start_bound = match is_last {
+                true => tipping.start_bound,
+                false => Bound::AtOrBefore,
+            };
+            lift.start_ns = tipping.start_ns;
+            lift.start_sigma_s = tipping.start_sigma_s;
+            lift.is_under_way = tipping.is_under_way;
+            lift.any_split_ns = None;
+            lift.causes.clone_from(&tipping.causes);
+        }
+    }
+
+    /// Whether an event began before the first row, or may have, by one standard deviation.
+    fn may_precede_rows(&self, event: &Event) -> bool {
+        let sigma_ns = (event.start_sigma_s.unwrap_or(0.0) * 1e9) as i64;
+        let times = &self.table.times_ns;
+        (times.first()).is_some_and(|first_ns| event.start_ns.saturating_sub(sigma_ns) < *first_ns)
     }
 
     fn row_at(&self, time_ns: i64) -> usize {
@@ -99,26 +156,39 @@ impl Stories<'_> {
         if !first.is_some_and(dates) {
             tipping.start_ns = rotation.start_ns;
             tipping.start_sigma_s = rotation.start_sigma_s;
+            tipping.is_under_way = false;
             tipping.start_bound = match rotation.start_sigma_s {
                 Some(_) => Bound::At,
                 None => Bound::AtOrBefore,
             };
         }
+        let by_loads_ns = tipping.end_ns;
         tipping.end_ns = match (rotation.end_ns, first.map(|event| event.end_ns)) {
             (Some(end_ns), Some(Some(by_loads_ns))) => Some(end_ns.max(by_loads_ns)),
             (Some(end_ns), None) => Some(end_ns),
             (None, _) | (_, Some(None)) => None,
         };
+        if tipping.end_ns != by_loads_ns {
+            tipping.end_sigma_s = None;
+        }
         // what began before the log is counted from where the platform stands on its wheels, not from where the log begins
-        let is_in_log = rotation.start_sigma_s.is_some() || tipping.start_sigma_s.is_some();
+        let is_dated = rotation.start_sigma_s.is_some() || tipping.start_sigma_s.is_some();
+        tipping.is_under_way |= !is_dated || self.may_precede_rows(&tipping);
+        if tipping.is_under_way {
+            tipping.start_bound = Bound::AtOrBefore;
+        }
         let at_start_rad = rotation.angle_at(tipping.start_ns);
-        let since_rad = if is_in_log { at_start_rad } else { 0.0 };
+        let since_rad = if is_dated { at_start_rad } else { 0.0 };
         let (largest_rad, largest_ns) = rotation.largest();
         let largest_rad = largest_rad - since_rad;
         tipping.rotation_rad = Some(largest_rad);
         let is_by_loads = first.is_some_and(|event| event.shown_by != Some(ShownBy::Rotation));
-        let certainty = [tipping.certainty, Some(rotation.certainty(is_by_loads))];
-        tipping.certainty = certainty.into_iter().flatten().reduce(f64::max);
+        let by_rotation = rotation.certainty(is_by_loads);
+        // a doubt of the loads is none of what gyro and attitude show for more certain
+        let by_loads = tipping.certainty;
+        if by_loads.is_none_or(|by_loads| by_rotation >= by_loads) {
+            (tipping.certainty, tipping.doubt) = (Some(by_rotation), None);
+        }
         tipping.certainty_any_split = tipping.certainty;
         tipping.shown_by = Some(match is_by_loads {
             true => ShownBy::Both,
@@ -132,7 +202,7 @@ impl Stories<'_> {
             witness: rotation.witness(),
             other_edge: rotation.other_edge.clone(),
             sigma_rad: rotation.spell.sigma,
-            onset_in_log: is_in_log,
+            onset_in_log: !tipping.is_under_way,
             ten_degrees_ns: reached(super::TIP_OVER_RAD),
             no_return_rad: None,
             no_return_sigma_rad: None,
@@ -142,7 +212,8 @@ impl Stories<'_> {
             at_rest_ns: rotation.spell.at_rest_ns,
             rested_ns: rotation.spell.rested_ns.filter(|_| !is_by_loads),
         });
-        set_no_return(&mut tipping, rotation, no_return);
+        // without an onset, nothing is known of the posture in which it began
+        set_no_return(&mut tipping, rotation, no_return.filter(|_| is_dated));
         // beyond 10 degrees, or for certain beyond the point of no return, and never back
         let is_past = no_return.is_some_and(|no_return| {
             let surely_rad = no_return.rotation_rad + 2.0 * no_return.sigma_rad.unwrap_or(0.0);
@@ -151,13 +222,20 @@ impl Stories<'_> {
                 && passed(surely_rad).is_some()
         });
         // how steep the ground is on which it stood before the log began is not known
-        let by_ground_rad = match is_in_log || !rotation.spell.is_from_start {
+        let by_ground_rad = match is_dated || !rotation.spell.is_from_start {
             true => 0.0,
             false => FITS_SIGMAS * rotation.spell.sigma,
         };
         let seen_rad = largest_rad + since_rad - at_start_rad;
         let is_far =
             seen_rad >= super::TIP_OVER_RAD || largest_rad >= super::TIP_OVER_RAD + by_ground_rad;
+        // nothing shows that it had not begun in rows that begin just before it
+        if tipping.is_under_way
+            && let Some(first_ns) = self.table.times_ns.first()
+            && tipping.start_ns.saturating_sub(*first_ns) <= (FIRST_S * 1e9) as i64
+        {
+            tipping.start_ns = tipping.start_ns.min(*first_ns);
+        }
         let over = (is_far || is_past).then(|| Event {
             kind: EventKind::TipOver,
             worst: largest_rad,
@@ -209,8 +287,9 @@ impl Stories<'_> {
         }
     }
 
-    /// Where gravity through the centre of mass of a machine, the stated one or one with a load, passes over the edge, in the
-    /// posture of the last known row up to the start. With q from the edge to the centre of mass and the up direction u, both across the edge,
+    /// Computes the point of no return, where gravity through the centre of mass of a machine, the stated one or one with a load,
+    /// passes over the edge, in the posture of the last known row up to the start. With q from the edge to the centre of mass and
+    /// the up direction u, both across the edge,
     /// ```text
     ///     rotation = atan2(a . (q x u), q . u),      sigma = reach sigma(load off the edge) / (W |q|)
     /// ```
@@ -302,7 +381,7 @@ fn is_tipping(event: &Event) -> bool {
     matches!(event.kind, EventKind::EdgeTipping | EventKind::TipOver)
 }
 
-/// Whether the loads show the same tipping.
+/// Whether an event by the loads is the tipping that a rotation shows.
 fn is_same(event: &Event, rotation: &FoundRotation) -> bool {
     let until_ns = rotation.end_ns.unwrap_or(i64::MAX);
     let from_ns = rotation.start_ns.saturating_sub(BEFORE_NS);
@@ -312,7 +391,7 @@ fn is_same(event: &Event, rotation: &FoundRotation) -> bool {
         && event.end_ns.is_none_or(|end_ns| end_ns >= from_ns)
 }
 
-/// Whether the onset by the loads is that of the rotation, which alone is less certain, or the only one.
+/// Whether the onset by the loads is that of the rotation, and is the more certain or the only one.
 fn sharpens(by_loads: &Event, rotation: &FoundRotation) -> bool {
     match (by_loads.start_sigma_s, rotation.start_sigma_s) {
         (None, _) => false,

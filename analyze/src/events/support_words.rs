@@ -1,4 +1,4 @@
-//! What a machine stands on, in words: the one place that chooses them, by the kind of support.
+//! Names of a machine's supports: the one place that chooses the words, by the kind of support.
 
 use tipwatch_language::{message, say, told, word};
 use tipwatch_mechanics::machine::{Machine, SupportKind, Wheel};
@@ -9,13 +9,13 @@ use crate::base::number::readable;
 /// The word for a support.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct SupportWord {
-    /// Of one, within a sentence.
+    /// Word for one support, within a sentence.
     pub(crate) one: &'static str,
-    /// Of several, within a sentence.
+    /// Word for several supports, within a sentence.
     pub(crate) many: &'static str,
-    /// Of one, at the start of a sentence or as a head.
+    /// Word for one support, at the start of a sentence or as a head.
     pub(crate) head: &'static str,
-    /// Of several, at the start of a sentence or as a head.
+    /// Word for several supports, at the start of a sentence or as a head.
     pub(crate) heads: &'static str,
 }
 
@@ -40,7 +40,7 @@ const TRACK_POINT: SupportWord = SupportWord {
 };
 
 impl SupportWord {
-    /// The word for what any machine of a fleet stands on.
+    /// Word for the supports of any machine of a fleet.
     pub(crate) const OF_ANY_MACHINE: Self = Self {
         one: message!("wheel or support"),
         many: message!("wheels or supports"),
@@ -48,7 +48,7 @@ impl SupportWord {
         heads: message!("Wheels or supports"),
     };
 
-    /// A kind of event of what is called so: "wheel lift", "support light", "edge tipping".
+    /// Names a kind of event of these supports: "wheel lift", "support light", "edge tipping".
     pub(crate) fn event(self, kind: EventKind) -> String {
         match kind {
             EventKind::WheelLight => say!("{} light", told(self.one)),
@@ -70,7 +70,7 @@ impl SupportWord {
         .said()
     }
 
-    /// In the language of the process.
+    /// Translates the words to the language of the process.
     fn said(self) -> Self {
         Self {
             one: told(self.one),
@@ -101,14 +101,22 @@ impl SupportWord {
         format!("{} {}", Self::of_kind(wheel.kind).one, wheel.name)
     }
 
-    /// The same at the start of a sentence or as a head: "Wheel FL".
+    /// Names a support at the start of a sentence or as a head: "Wheel FL".
     pub(crate) fn headed(wheel: &Wheel) -> String {
         format!("{} {}", Self::of_kind(wheel.kind).head, wheel.name)
     }
 
-    /// Whether it stands for wheels alone, which have tyres.
+    /// Whether the word stands for wheels alone, which have tyres.
     pub(crate) fn is_wheel(self) -> bool {
         self == WHEEL.said()
+    }
+}
+
+/// A support by its name in tables, which is in lower case: "FL", "caster_left". Short names are initials.
+pub(crate) fn support_word(name: &str) -> String {
+    match name.len() {
+        0..=3 => name.to_uppercase(),
+        _ => name.to_owned(),
     }
 }
 
@@ -138,6 +146,12 @@ mod tests {
             );
         }
         assert_eq!(SUPPORT.event(EventKind::WheelLift), "support lift");
+    }
+
+    #[test]
+    fn short_names_of_supports_are_initials() {
+        assert_eq!(["fl", "orr"].map(support_word), ["FL", "ORR"]);
+        assert_eq!(support_word("caster_left"), "caster_left");
     }
 
     #[test]

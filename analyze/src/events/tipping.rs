@@ -13,8 +13,8 @@
 
 use nalgebra::Vector3;
 use tipwatch_mechanics::estimation::plausibility::student;
-use tipwatch_mechanics::machine::{Machine, SupportKind};
-use tipwatch_mechanics::{Placement, Quantity, Scope, State, Workspace, evaluate};
+use tipwatch_mechanics::machine::{JointCoupling, Machine, SupportKind};
+use tipwatch_mechanics::{Parameter, Placement, Quantity, Scope, State, Workspace, evaluate};
 
 use super::episodes::{Episode, MERGED_NS, episodes_within, joined, least};
 use super::normal::normal_distribution;
@@ -59,8 +59,10 @@ pub(crate) const SHIFT_SHARE: f64 = 0.25;
 const SHIFT_UNTIL_RAD: f64 = 0.3;
 /// Longest time before the load is near zero that the onset is searched with (s).
 const BEFORE_S: f64 = 1.5;
+/// An axle is at its stop within so many standard deviations of its position.
+const STOP_SIGMAS: f64 = 2.0;
 
-/// Time before the end of a log whose computed loads tell whether a fall has begun (ns).
+/// Time before the end of a log whose computed loads decide whether a fall has begun (ns).
 const LAST_NS: i64 = 100_000_000;
 
 /// A time in which the machine tipped about an edge.
@@ -71,17 +73,19 @@ pub(super) struct Tipping {
     pub(super) episode: Episode,
     /// Weight of the OTF of each wheel in the load off the edge.
     pub(super) factors: Vec<f64>,
-    /// When the load off the edge reached zero, if the rows show it.
+    /// Time at which the load off the edge reached zero, if the rows show it.
     pub(super) onset: Option<Onset>,
+    /// Whether the machine rotated already in the first row that is known.
+    pub(super) is_under_way: bool,
     /// Standard deviation of the load off the edge at its start (N); NaN without derivatives.
     pub(super) sigma_n: f64,
     /// Rotation about the edge since the onset, outwards positive: the largest (rad), and its row.
     pub(super) rotation: (f64, usize),
-    /// Whether that rotation shows that the wheels were off the ground.
+    /// Whether the rotation shows that the wheels were off the ground.
     pub(super) rotates: bool,
     /// Whether the computed load off the edge was zero within its error, as on the stated machine.
     pub(super) is_by_loads: bool,
-    /// Probability that they were; `None` if it cannot be computed.
+    /// Probability that the wheels were off the ground; `None` if it cannot be computed.
     pub(super) certainty: Option<f64>,
     /// The row on which that rests: the one with the least load off the edge before tyres can no longer explain a rotation.
     pub(super) judged: usize,
@@ -89,8 +93,8 @@ pub(super) struct Tipping {
     pub(super) loads_are_right: f64,
 }
 
-/// Whether the load off an edge is so small in a row that the row is looked at: `size` is that of [`size`], the moment
-/// about the edge that of the wheels off it.
+/// Whether the load off an edge is so small in a row that the row is examined: `size_m` is that of [`size`], `moment_nm` the
+/// moment about the edge of the wheels off it.
 pub(super) fn is_small(moment_nm: f64, weight_n: f64, size_m: f64) -> bool {
     -moment_nm <= SMALL_SHARE * size_m * weight_n
 }
@@ -132,8 +136,8 @@ pub(super) fn within(
     found.collect()
 }
 
-/// Distance of each wheel's contact point from where what the line about which the machine tips over an edge carries meets the
-/// ground, in a placed state (m); zero for wheels that stay on it.
+/// Returns the distance of each wheel's contact point from the tipping line of an edge on the ground, in a placed state (m); zero
+/// for wheels that stay on the ground.
 pub(crate) fn distances(machine: &Machine, placement: &Placement<'_>, edge: usize) -> Vec<f64> {
     let [from, to] = placement.tipping_line(edge).on_ground;
     let along = (to - from).normalize();
@@ -174,8 +178,8 @@ pub(super) fn size(machine: &Machine, edge: usize) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// How far out of its edge the ground carries a rotated machine (m): because wheels roll, and on the shoulders of tyres per
-/// [`SHIFT_SHARE`].
+/// Returns the shifts (m) out of its edge of the line on which the ground carries a rotated machine: the first because wheels
+/// roll, the second on the shoulders of tyres, per [`SHIFT_SHARE`].
 ///
 /// A wheel is a circle about its axle. The ground carries it under the axle, whichever way platform and wheel turn:
 /// ```text
@@ -285,6 +289,7 @@ impl OfEdge<'_, '_> {
                     episode,
                     factors: factors.clone(),
                     onset: None,
+                    is_under_way: false,
                     sigma_n,
                     rotation: (0.0, episode.first),
                     rotates: false,
@@ -307,14 +312,16 @@ impl OfEdge<'_, '_> {
         found
     }
 
-    /// The tipping of a measured rotation that begins in these rows; `None` where its first rows are not known.
+    /// The tipping of a measured rotation that begins in these rows, or was under way in the first known row of the log; `None`
+    /// where its first rows are missing behind others.
     fn measured(&mut self, within: Episode, rotation: &FoundRotation) -> Option<Tipping> {
         let rows = self.rows;
-        let begins = rows.at(rotation.start_ns);
-        let is_here = (within.first..=within.last).contains(&begins)
-            && rows.is_meaningful(begins)
-            && rows.times_ns[begins].abs_diff(rotation.start_ns) <= MERGED_NS as u64;
-        if !is_here {
+        let began = rows.at(rotation.start_ns);
+        let begins = (began..=within.last).find(|&row| rows.is_meaningful(row))?;
+        let is_later = rows.times_ns[begins].abs_diff(rotation.start_ns) > MERGED_NS as u64;
+        let is_unseen = rotation.start_ns < rows.times_ns[begins]
+            && !(0..begins).rev().any(|row| rows.is_meaningful(row));
+        if begins < within.first || (is_later && !is_unseen) {
             return None;
         }
         let until_ns = rotation.off_ground_until_ns();
@@ -332,7 +339,10 @@ impl OfEdge<'_, '_> {
             let angle = rotation.angle_at(rows.times_ns[row]);
             computed(row) + self.of_rotation(row, angle) / reach
         };
-        let near = rotation.onset(rows.times_ns[0]);
+        let limit_n = self.limit_n(begins, sigma_n);
+        let by_rates = rotation.onset(rows.times_ns[0]);
+        // in the rows of a fall that is under way, the load off the edge has corners, but none of them is the onset
+        let near = by_rates.filter(|_| !is_unseen);
         let onset = near.and_then(|near| {
             let margin_s = onset::NEAR_SIGMAS * near.sigma_s;
             let from_s = (near.at_s - margin_s).max(0.0);
@@ -356,6 +366,7 @@ impl OfEdge<'_, '_> {
             // `near` is what the rates show: they do not count twice
             onset::corner(&curve, &Curve::default(), sigma_n, Some(near))
         });
+        let is_under_way = is_unseen || by_rates.is_none();
         let level_n = onset
             .and_then(|onset| onset.level_n)
             .unwrap_or_else(|| load(begins));
@@ -371,9 +382,6 @@ impl OfEdge<'_, '_> {
                 _ => onset,
             }
         });
-        // without derivatives the error is unknown
-        let limit_n = (onset::STATED_SIGMAS * sigma_n)
-            .max(NEAR_SHARE * rows.value(Quantity::NormalForce, begins));
         let mut is_by_loads = level_n.abs() <= limit_n;
         // what turned the platform so far was not its fall: that begins where the load off the edge is lost
         let lost = (!is_by_loads && rotation.creeps)
@@ -385,8 +393,12 @@ impl OfEdge<'_, '_> {
             })
             .flatten();
         is_by_loads |= lost.is_some();
-        let onset = lost.or(onset).or(near);
-        let begins = onset.map_or(begins, |onset| self.rows.row_from(onset.at_s).min(last));
+        let is_under_way = is_under_way && lost.is_none();
+        let onset = lost.or(onset).or(by_rates);
+        let begins = match onset.filter(|_| !is_under_way) {
+            Some(onset) => self.rows.row_from(onset.at_s).min(last),
+            None => begins,
+        };
         let (largest_rad, largest_ns) = rotation.largest();
         let largest_rad = match lost {
             Some(_) => largest_rad - rotation.angle_at(rows.times_ns[begins]),
@@ -400,6 +412,7 @@ impl OfEdge<'_, '_> {
             },
             factors,
             onset,
+            is_under_way,
             sigma_n,
             rotation: (largest_rad, rows.at(largest_ns).min(last)),
             rotates: true,
@@ -410,6 +423,12 @@ impl OfEdge<'_, '_> {
         })
     }
 
+    /// Largest load off the edge that is that of wheels in the air, within its error (N); without derivatives that is unknown.
+    fn limit_n(&self, row: usize, sigma_n: f64) -> f64 {
+        let weight_n = self.rows.value(Quantity::NormalForce, row);
+        (onset::STATED_SIGMAS * sigma_n).max(NEAR_SHARE * weight_n)
+    }
+
     /// The moment about the edge by which a machine that rotates about it seems to carry less off it (N m): the ground carries
     /// it farther out than on the plane of its wheels.
     fn of_rotation(&self, row: usize, rotation_rad: f64) -> f64 {
@@ -417,7 +436,7 @@ impl OfEdge<'_, '_> {
         self.rows.value(Quantity::NormalForce, row) * (rolled + SHIFT_SHARE * shoulder)
     }
 
-    /// When the load off the edge passes through zero for good, in a rotation.
+    /// Finds the time at which the load off the edge passes through zero for good, in a rotation.
     fn lost(
         &self,
         first: usize,
@@ -494,12 +513,24 @@ impl OfEdge<'_, '_> {
         };
         let curve = self.curve(first, rotated, &rotated_load);
         let rates = self.rates(&axis, &curve);
-        let onset = onset::corner(&curve, &rates, blank.sigma_n, None);
+        // a machine that carries load off the edge in its first row has not begun to fall
+        let limit_n = self.limit_n(first, blank.sigma_n);
+        let may_be_off = (curve.loads_n.first()).is_some_and(|load_n| *load_n <= limit_n);
+        let is_under_way = may_be_off
+            && self.begins_unseen(&curve)
+            && onset::had_begun(&rates) >= onset::MAY_HAVE_BEGUN;
+        let onset = match is_under_way {
+            true => None,
+            false => onset::corner(&curve, &rates, blank.sigma_n, None),
+        };
         let begins = onset.map_or(first, |onset| self.rows.row_from(onset.at_s).min(last));
         let until = rotation.len() - 1 + first;
         let since_onset = self.rotations(&axis, begins, until);
         let rotation = self::largest(&since_onset, begins);
-        let level_n = onset.and_then(|onset| onset.level_n);
+        let level_n = match is_under_way {
+            true => Some(load(first)),
+            false => onset.and_then(|onset| onset.level_n),
+        };
         let certainty = level_n
             .filter(|_| blank.sigma_n.is_finite())
             .map(|level_n| {
@@ -517,6 +548,7 @@ impl OfEdge<'_, '_> {
                 last,
             },
             onset,
+            is_under_way,
             rotation,
             rotates: true,
             certainty,
@@ -551,8 +583,9 @@ impl OfEdge<'_, '_> {
         let (judged, least_n) = least(load, episode);
         let certainty = normal_distribution(-least_n / blank.sigma_n);
         let weight_n = self.rows.value(Quantity::NormalForce, episode.first);
-        // a machine that is supposed may carry its load where the recorded one would have fallen
-        let loads_are_right = match self.rows.is_supposed() {
+        // a machine that is supposed may carry its load where the recorded one would have fallen, and one on the stop of its axle is
+        // held by it
+        let loads_are_right = match self.rows.is_supposed() || self.rests_on_stop(judged) {
             true => 1.0,
             false => is_right(
                 (least_n, blank.sigma_n),
@@ -571,6 +604,37 @@ impl OfEdge<'_, '_> {
         }
     }
 
+    /// Whether an axle astride the edge is measured at the stop that the machine turns on to when it tips. On it, the ground under that
+    /// axle holds a machine whose load about the line to the pivot is below zero.
+    fn rests_on_stop(&mut self, row: usize) -> bool {
+        let Some(outwards) = self.axis(row) else {
+            return false;
+        };
+        let machine = self.machine;
+        let mut state = State::zero(machine);
+        self.rows.state(row, &mut state);
+        let mut axles = machine.axles_astride(&machine.polygon().edges()[self.edge]);
+        axles.any(|axle| {
+            let JointCoupling::Measured(joint) = machine.bodies()[axle.body].coupling else {
+                return false;
+            };
+            let it = &machine.joints()[joint];
+            let Some([least, most]) = it.limits.filter(|_| it.constant.is_none()) else {
+                return false;
+            };
+            let [from, to] = [Vector3::zeros(), Vector3::z()]
+                .map(|in_body| self.placement.point(axle.body, &in_body));
+            // the axle stays on the ground, and so turns back in the platform
+            let position = state.joints[joint].position;
+            let until_stop = match outwards.dot(&(to - from)) > 0.0 {
+                true => position - least,
+                false => most - position,
+            };
+            let sigma = Parameter::JointPosition(joint).sigma(machine);
+            until_stop <= STOP_SIGMAS * sigma
+        })
+    }
+
     /// The load off the edge around an onset: from some time before `first` to `last`, gaps left out.
     fn curve(&self, first: usize, last: usize, load: &dyn Fn(usize) -> f64) -> Curve {
         let from_s = self.rows.seconds(first) - BEFORE_S;
@@ -584,6 +648,13 @@ impl OfEdge<'_, '_> {
             curve.push(self.rows.seconds(row), load(row));
         }
         curve
+    }
+
+    /// Whether nothing is known of the time before a curve.
+    fn begins_unseen(&self, curve: &Curve) -> bool {
+        let first_s = curve.times_s.first();
+        let before = first_s.and_then(|&first_s| self.rows.row_from(first_s).checked_sub(1));
+        before.is_none_or(|row| !self.rows.is_meaningful(row))
     }
 
     /// Whether the machine drives at a row, or may.

@@ -36,7 +36,8 @@ pub struct Turning {
 }
 
 impl Turning {
-    /// What the last sample, at this stamp (ns), shows about each edge, the farthest first; none where tyres explain it.
+    /// Returns the rotation about each edge at the last sample, with stamp `at_ns`, the farthest first; none where tyres explain
+    /// it.
     pub(super) fn at_end(watch: &PlatformRotation, at_ns: i64) -> Vec<Self> {
         let turns = watch.outward_turns(at_ns);
         let mut turns: Vec<OutwardTurn> = turns
@@ -57,7 +58,7 @@ impl Turning {
         turns.into_iter().map(of_turn).collect()
     }
 
-    /// Whether an event about its edge that lasts until the log ends says as much, more likely than not.
+    /// Whether an event tells of the same fall: one about this edge that lasts until the log ends and is more likely than not.
     pub(crate) fn is_known(&self, events: &[Event]) -> bool {
         events.iter().any(|event| {
             let is_tipping = matches!(event.kind, EventKind::EdgeTipping | EventKind::TipOver);
@@ -66,7 +67,7 @@ impl Turning {
         })
     }
 
-    /// What was seen, to follow "the log ends while".
+    /// Describes the rotation, to follow "the log ends while".
     pub(crate) fn in_words(&self) -> String {
         say!(
             "the platform turns outwards about the {} edge at {:.1}°/s, {:.1}° so far; whether it fell is not known",

@@ -1,4 +1,4 @@
-//! Supports off the ground by their own measured load: what dynamics computes without it may say otherwise.
+//! Supports off the ground by their own measured load: the loads computed from dynamics may differ.
 
 use tipwatch_mechanics::machine::{ForceSource, Machine};
 use tipwatch_mechanics::state::Reason;
@@ -12,7 +12,7 @@ use crate::load::MeasuredLoads;
 
 /// Shortest time for which a support measures nothing that is an event (ns).
 const LEAST_NS: i64 = 200_000_000;
-/// How probable it is beforehand that the sensor is dead, beside a lift.
+/// Prior probability of a dead sensor, as opposed to a lift.
 const DEAD: f64 = 0.05;
 /// A load of so many standard deviations is one: from there its fall to nothing is timed.
 const LOADED_SIGMAS: f64 = 3.0;
@@ -30,17 +30,18 @@ struct Jack {
     /// The mean load of the supports on the ground, at rest, and the load of all (N).
     mean_load: f64,
     weight: f64,
-    /// Shortest time for which it measures nothing that is an event (ns).
+    /// Shortest time without a measured load that is an event (ns).
     least_ns: i64,
-    /// When it last measured a load, and how much (N).
+    /// Time at which the support last measured a load, and that load (N).
     loaded: Option<(i64, f64)>,
-    /// What all supports measured beyond the computed total while this one last measured a load (N), and when.
+    /// Excess of the measured total of all supports over the computed one while this support last measured a load (N), and the
+    /// time of that.
     before: Option<(i64, f64)>,
-    /// The time in which it measures nothing, if that goes on.
+    /// Time in which the support measures nothing, if that goes on.
     open: Option<Unloaded>,
 }
 
-/// Where the load of a support is read.
+/// Source of the load of a support.
 #[derive(Clone, Copy)]
 enum Source {
     /// A force of the state, by the index of its actuated joint.
@@ -60,7 +61,8 @@ struct Unloaded {
     least: (f64, i64),
     sum: f64,
     samples: f64,
-    /// The same of what all supports measure beyond the computed total, more than before, where all are known.
+    /// Sum (N) and number of samples of the excess of all measured supports over the computed total, beyond the excess before;
+    /// where all are known.
     total: (f64, f64),
 }
 
@@ -72,8 +74,8 @@ pub(super) struct UnloadedSupports<'a> {
 }
 
 impl<'a> UnloadedSupports<'a> {
-    /// None: of something supposed nothing was measured. Its forces are derived, and sensors beside the state show what was
-    /// recorded.
+    /// Returns no supports: of a supposition nothing was measured. Its forces are derived, and sensors beside the state show the
+    /// recorded log.
     pub(super) fn of_supposed(measured: &'a MeasuredLoads) -> Self {
         Self {
             jacks: Vec::new(),
@@ -82,7 +84,7 @@ impl<'a> UnloadedSupports<'a> {
         }
     }
 
-    /// Those of a machine on one set of supports.
+    /// Prepares the supports of a machine that stands on one set of supports.
     pub(super) fn of(machine: &Machine, measured: &'a MeasuredLoads) -> Self {
         let weight = machine.mass() * machine.gravity();
         let mean_load = weight / machine.wheels().len() as f64;
@@ -277,7 +279,7 @@ impl Jack {
         }
     }
 
-    /// Averages what all supports measure beyond the computed total while this one is loaded.
+    /// Averages the excess of the measured total of all supports over the computed one while this support is loaded.
     fn note_total(&mut self, time_ns: i64, beyond: f64) {
         if !beyond.is_finite() || self.open.is_some() {
             return;

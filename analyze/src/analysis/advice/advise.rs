@@ -1,4 +1,4 @@
-//! Finds the worst event, tries every candidate, and states what was assumed.
+//! Finds the worst event, tries every candidate, and states the assumptions.
 
 use std::collections::BTreeMap;
 
@@ -27,8 +27,8 @@ const AIMED_SIGMAS: f64 = 2.0;
 /// Most rows of an event that is simulated: half an hour at 100 Hz.
 const MOST_ROWS: usize = 180_000;
 
-/// What would have prevented the worst event, in which `worst` is the smallest OTF below its limit; `None` if no row of it can
-/// be simulated.
+/// Returns the changes that would have prevented the worst event, in which `worst` is the smallest OTF (overturning force) below
+/// its limit; `None` if no row of the event can be simulated.
 pub(crate) fn advise(
     standing: &StandingRows<'_>,
     events: &[Event],
@@ -109,7 +109,7 @@ pub(crate) fn advise(
     Some(advice)
 }
 
-/// Of an event in which the machine tips over, the time in which its wheels carry it: what follows is the fall, which no change
+/// Limits an event in which the machine tips over to the time in which its wheels carry it: the rest is the fall, which no change
 /// of a machine on its side could prevent.
 fn on_its_wheels(events: &[Event], rows: &Table, event: [i64; 2]) -> [i64; 2] {
     let tips_over = events.iter().any(|other| {
@@ -126,7 +126,8 @@ fn on_its_wheels(events: &[Event], rows: &Table, event: [i64; 2]) -> [i64; 2] {
     }
 }
 
-/// Why an event is not simulated if its states would not fit into memory, and each of many candidates would take long.
+/// Returns the reason not to simulate an event whose states would not fit into memory, or would take long for many candidates;
+/// `None` if the event is short enough.
 fn too_long(rows: &Table, event: [i64; 2]) -> Option<String> {
     let of_event = rows.at(event[1]) - rows.at(event[0]) + 1;
     (of_event > MOST_ROWS).then(|| {
@@ -203,7 +204,7 @@ fn assumptions(window: &Window) -> Vec<String> {
     all
 }
 
-/// The name of what changes, with the direction of an offset.
+/// Returns the name of the changed quantity, with the direction of an offset.
 fn directed_name(machine: &Machine, candidate: &Candidate) -> String {
     let name = candidate.change.name(machine);
     match candidate.change {
@@ -244,7 +245,7 @@ fn sigmas(window: &Window, change: Option<(Change, f64)>, found: &Margins) -> Ve
     wheels.clone().map(of_wheel).collect()
 }
 
-/// What the description of a change needs.
+/// Context for the description of a change.
 struct Told<'a> {
     machine: &'a Machine,
     rows: &'a Table,

@@ -33,7 +33,7 @@ pub(super) struct Candidate {
     pub(super) bound: f64,
     /// The amount of an effort of 100 %.
     pub(super) whole: f64,
-    /// What the effort refers to.
+    /// Quantity to which the effort is compared.
     pub(super) effort_of: &'static str,
     /// The amount by the first derivative, if there is one.
     pub(super) first_order: Option<f64>,
@@ -87,7 +87,7 @@ pub(super) fn base_rests(window: &Window) -> bool {
     Seen::of(window).base_rests
 }
 
-/// What the window shows.
+/// Observations in the window.
 struct Seen {
     /// Smallest and largest position of each joint.
     positions: Vec<[f64; 2]>,
@@ -97,7 +97,7 @@ struct Seen {
     cornering: f64,
     tool_wrench: f64,
     base_rests: bool,
-    /// Which payloads are attached at some time.
+    /// Flags of the payloads that are attached at some time.
     attached: Vec<bool>,
 }
 

@@ -1,4 +1,4 @@
-//! Single changes of what an operator controls, and what each does to the state of a row.
+//! Single changes that an operator controls, and the effect of each on the state of a row.
 //!
 //! In a state of the window the sensor frame is the base frame, so that `imu` is the motion of the base: specific
 //! force f, angular velocity w and angular acceleration alpha at the base origin, in base axes.
@@ -48,7 +48,7 @@ impl Change {
         }
     }
 
-    /// The machine with this change; `None` if the change leaves it as it is.
+    /// Returns the machine with this change; `None` if the change leaves the machine as it is.
     pub(super) fn changed_machine(self, amount: f64, machine: &Machine) -> Option<Machine> {
         let parameter = match self {
             Self::LessPayload(payload) => Parameter::PayloadMass(payload),
@@ -76,7 +76,7 @@ impl Change {
         }
     }
 
-    /// Stable name of what changes.
+    /// Returns the stable name of the changed quantity.
     pub(super) fn name(self, machine: &Machine) -> String {
         match self {
             Self::SlowerArm => "arm.speed".into(),
@@ -105,7 +105,7 @@ pub(super) fn slow_joints<T: Real>(s: f64, state: &mut State<T>) {
     }
 }
 
-/// The same for the whole machine. The inertial acceleration of the base origin is
+/// Makes the whole machine travel its path `s` times as fast. The inertial acceleration of the base origin is
 /// ```text
 ///     a = vdot + w x v        v: velocity in base axes, vdot: derivative of its components
 /// ```

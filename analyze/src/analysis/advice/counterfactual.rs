@@ -28,20 +28,21 @@ use crate::events::{
 const BEFORE_NS: i64 = 1_000_000_000;
 /// Most rows of an event that are evaluated: of a longer one, rows evenly spaced.
 const MOST_ROWS: usize = 4000;
-/// Most events that are asked about, the gravest first.
+/// Most events with counterfactuals, the gravest first.
 const MOST_EVENTS: usize = 24;
 /// Postures around an event of which the steadiest is taken.
 const POSTURES: usize = 64;
 /// A posture must be steadier than those of the event by this much (m).
 const STEADIER: f64 = 0.01;
-/// Most rows before one without derivatives in which they are looked for.
+/// Most rows in which derivatives are looked for before a row without any.
 const MOST_ROWS_BACK: usize = 500;
 /// Forces on the tool up to this are none (N).
 const SMALLEST_FORCE: f64 = 1.0;
 /// Change of the front axle's share of the roll moment by which its effect on the loads is computed.
 const SHARE_STEP: f64 = 0.1;
 
-/// Asks every lift and tipping what would have prevented it.
+/// Answers for every lift and tipping which suppositions would have prevented it, unless the machine fell already when the rows begin:
+/// they do not show the machine before.
 pub(crate) fn ask_all(
     machine: &Machine,
     standing: &[StandingRows<'_>],
@@ -49,7 +50,7 @@ pub(crate) fn ask_all(
     events: &mut [Event],
 ) {
     let mut asked: Vec<usize> = (0..events.len())
-        .filter(|&k| events[k].kind.is_lift())
+        .filter(|&k| events[k].kind.is_lift() && !events[k].is_of_fall_under_way(events))
         .collect();
     asked.sort_by(|&a, &b| {
         let is_lift = |k: usize| events[k].kind == EventKind::WheelLift;
@@ -96,7 +97,7 @@ pub(crate) fn asked_as<'a>(events: &'a [Event], event: &'a Event) -> &'a Event {
     tippings.min_by_key(own_first).unwrap_or(event)
 }
 
-/// Whether two events that are asked about began as one.
+/// Whether two events with counterfactuals began as one.
 fn is_same(one: &Event, other: &Event) -> bool {
     (one.kind != EventKind::WheelLift) == (other.kind != EventKind::WheelLift)
         && one.subject == other.subject
@@ -109,25 +110,25 @@ pub(crate) struct Question<'a> {
     rows: &'a Table,
     event: &'a Event,
     window: Window,
-    /// By wheel, its weight in what reaches zero.
+    /// Weight of the OTF of each wheel in the sum that reaches zero.
     factors: Vec<f64>,
     recorded: Option<Chance>,
     /// Whether the base neither drives nor rocks, so that a speed is that of the arm alone.
     base_rests: bool,
 }
 
-/// How near the wheels of an event come to lifting.
+/// Margin of the wheels of an event before they lift.
 struct Chance {
     /// The smallest weighted sum of their OTF (N).
     otf_n: f64,
     /// Its standard deviation (N).
     sigma_n: Option<f64>,
-    /// Probability that they lift.
+    /// Probability that the wheels lift.
     probability: Option<f64>,
 }
 
 impl<'a> Question<'a> {
-    /// Asks about an event of a log; `None` where it is not known on what the machine stood, or no row can be evaluated.
+    /// Asks about an event of a log; `None` where the supports of the machine are not known, or no row can be evaluated.
     pub(crate) fn about<R>(
         standing: &[StandingRows<'_>],
         rows: &Table,
@@ -175,12 +176,13 @@ impl<'a> Question<'a> {
         self.base_rests
     }
 
-    /// So many times the speed of what moved in the event.
+    /// Returns the hypothesis that the parts which moved in the event move `times` as fast.
     pub(crate) fn speed(&self, times: f64) -> Hypothesis {
         Hypothesis::speed(times, self.base_rests)
     }
 
-    /// How near the wheels come to lifting on a machine under hypotheses, whatever was recorded of the event.
+    /// Simulates the event on a machine under hypotheses, and answers how near its wheels come to lifting, whatever was recorded
+    /// of the event.
     pub(crate) fn simulate(&self, machine: &Machine, hypotheses: &[Hypothesis]) -> Reply {
         let window = self
             .window
@@ -207,14 +209,17 @@ impl<'a> Question<'a> {
         }
     }
 
-    /// Whether the event would have happened to a machine under hypotheses.
+    /// Whether the stated machine does as recorded what happened. Of what it does not do it tells nothing otherwise either: a load
+    /// that nobody stated would have tipped it at half the speed, too.
+    pub(crate) fn is_shown(&self) -> bool {
+        let recorded = self.recorded.as_ref().and_then(|it| it.probability);
+        Answer::of(recorded) != Answer::No && self.event.shown_by != Some(ShownBy::Rotation)
+    }
+
+    /// Answers whether the event would have happened to a machine under hypotheses.
     pub(crate) fn reply(&self, machine: &Machine, hypotheses: &[Hypothesis]) -> Reply {
         let found = self.simulate(machine, hypotheses);
-        // what the stated machine does not do as recorded, it tells nothing about otherwise: a load that nobody stated
-        // would have tipped it at half the speed, too
-        let is_shown = Answer::of(found.recorded_probability) != Answer::No
-            && self.event.shown_by != Some(ShownBy::Rotation);
-        if is_shown || found.otf_n.is_none() {
+        if self.is_shown() || found.otf_n.is_none() {
             return found;
         }
         Reply {
@@ -232,7 +237,7 @@ impl<'a> Question<'a> {
         }
     }
 
-    /// What is known before anything is supposed.
+    /// Returns the reply with the recorded margin and the time span, before anything is supposed.
     fn unanswered(&self) -> Reply {
         let recorded = self.recorded.as_ref();
         let time_ns =
@@ -253,7 +258,7 @@ impl<'a> Question<'a> {
             .collect()
     }
 
-    /// `None` where the supposition is what was recorded.
+    /// Answers one supposition; `None` where the recorded state is the supposed one.
     fn answer(
         &self,
         supposed: Supposition,
@@ -287,7 +292,7 @@ impl<'a> Question<'a> {
         })
     }
 
-    /// How near the wheels of the event come to lifting in a window, and how probable it is that they do.
+    /// Computes the margin of the wheels of the event in a window, and the probability that they lift.
     fn chance(&self, window: &Window) -> Option<Chance> {
         let (otf_n, place) = least_sum(window, &self.factors)?;
         // a machine that would have tipped from the first row on has no derivatives: as recorded it had
@@ -340,8 +345,7 @@ impl<'a> Question<'a> {
         (least <= most && is_outside).then(|| stated.clamp(least, most))
     }
 
-    /// Whether there is a payload or a force on the tool at some time.
-    /// Mass of the payloads that are attached in the rows of the event, where they differ the largest (kg).
+    /// Returns the largest mass of the payloads that are attached in the rows of the event (kg).
     pub(crate) fn payload_kg(&self) -> f64 {
         let mut largest_kg: f64 = 0.0;
         self.window.for_each_state(|state| {
@@ -410,7 +414,7 @@ impl<'a> Question<'a> {
 }
 
 impl Window {
-    /// The same rows of a machine under hypotheses; the times are those of the log's rows (ns).
+    /// Returns the same rows of a machine under hypotheses; `times_ns` are those of the log's rows (ns).
     fn supposing(&self, machine: &Machine, hypotheses: &[Hypothesis], times_ns: &[i64]) -> Self {
         let mut supposed = Supposed::new(machine);
         let mut states = StateColumns::unknown(machine, self.rows.len());
@@ -435,8 +439,8 @@ impl Window {
     }
 }
 
-/// The weight of each wheel in what reaches zero when an event begins: of a wheel that alone, of an edge the distance of
-/// each from it, over the largest.
+/// Returns the weight of the OTF of each wheel in the sum that reaches zero when an event begins: for a wheel that wheel alone,
+/// for an edge the distance of each wheel from the edge, over the largest.
 fn factors(window: &Window, event: &Event) -> Option<Vec<f64>> {
     let machine = window.machine();
     if event.kind == EventKind::WheelLift {

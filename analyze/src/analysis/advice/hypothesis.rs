@@ -1,4 +1,4 @@
-//! Hypotheses on what was recorded, and what each does to the states of rows.
+//! Hypotheses about the recorded log, and the effect of each on the states of rows.
 //!
 //! In these states the sensor frame is the base frame, as in those of a window.
 
@@ -13,7 +13,7 @@ use tipwatch_mechanics::{Parameter, Placement, State};
 use super::change::{slow_joints, slow_manoeuvre};
 use super::ground_slope::{GroundSlope, Slope};
 
-/// What is supposed instead of what was recorded.
+/// A supposition that replaces a recorded quantity.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Hypothesis {
     /// The ground slopes so many times as much, 0 of level ground; the platform rocks on it as recorded.
@@ -34,7 +34,7 @@ pub(crate) enum Hypothesis {
 }
 
 impl Hypothesis {
-    /// So many times the speed of what moves: of the arm alone where the base rests.
+    /// Returns the hypothesis of `times` the recorded speed: that of the arm alone where the base rests.
     pub(crate) fn speed(times: f64, base_rests: bool) -> Self {
         match base_rests {
             true => Self::ArmSpeed(times),
@@ -42,10 +42,10 @@ impl Hypothesis {
         }
     }
 
-    /// The machine under hypotheses.
+    /// Returns the machine under hypotheses.
     ///
     /// # Errors
-    /// Why it cannot carry what is supposed.
+    /// The machine cannot carry the supposed load; the error says why.
     pub(crate) fn machine(all: &[Self], machine: &Machine) -> Result<Machine, &'static str> {
         let loads = all.iter().filter_map(|hypothesis| match hypothesis {
             Self::Payload(more_kg) => Some(*more_kg),
@@ -107,7 +107,7 @@ impl fmt::Debug for Supposed<'_> {
 }
 
 impl<'m> Supposed<'m> {
-    /// Of a machine whose sensor is at the base frame.
+    /// Prepares hypotheses on a machine whose sensor is at the base frame.
     pub(crate) fn new(machine: &'m Machine) -> Self {
         let joints = 0..machine.joints().len();
         Self {
@@ -119,7 +119,8 @@ impl<'m> Supposed<'m> {
         }
     }
 
-    /// Changes the state at a time (ns). What is not known of it makes what follows from it unknown.
+    /// Changes the state at a time (ns) as the hypothesis supposes. Unknown parts of it make the quantities that follow from them
+    /// unknown.
     pub(crate) fn apply(&mut self, hypothesis: &Hypothesis, time_ns: i64, state: &mut State<f64>) {
         match hypothesis {
             Hypothesis::Slope(ground, times) => self.slope(&ground.at(time_ns), *times, state),
@@ -182,7 +183,8 @@ impl<'m> Supposed<'m> {
         state.imu.specific_force += (state.base.up - up) * self.machine.gravity();
     }
 
-    /// How far the centre of mass is within the supports in a posture (m), negative outside; NaN where it cannot stand.
+    /// Returns the smallest distance of the centre of mass from the tipping lines in a posture (m), negative outside; NaN where
+    /// the machine cannot stand.
     pub(crate) fn steadiness(&mut self, state: &State<f64>) -> f64 {
         self.placement.place(state);
         let placed = &self.placement;

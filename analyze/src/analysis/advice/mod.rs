@@ -1,5 +1,5 @@
-//! What would have prevented an event: single changes, each put back into the model and simulated over the
-//! whole event, and the answers to what everybody asks first.
+//! Advice on preventing an event: single changes, each put back into the model and simulated over the whole event, and the
+//! answers to the usual questions about it.
 
 mod advise;
 mod candidates;

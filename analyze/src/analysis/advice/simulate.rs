@@ -121,11 +121,11 @@ fn blocks<R: Send>(
         .collect()
 }
 
-/// What changes states.
+/// Change of states.
 type StateChange<'a> = dyn Fn(&mut State<Lanes>) + Sync + 'a;
 /// A number and its place.
 type Placed = (f64, usize);
-/// Where no number is known.
+/// Value where no number is known.
 const NONE: Placed = (f64::INFINITY, 0);
 
 /// The least margins of some rows.
@@ -139,7 +139,7 @@ struct Least {
 }
 
 impl Least {
-    /// Those before any row.
+    /// Returns the margins before any row.
     fn of_none(window: &Window) -> Self {
         let machine = window.machine();
         Self {
@@ -151,7 +151,7 @@ impl Least {
         }
     }
 
-    /// Those of consecutive rows, of which the first one has the place `first`.
+    /// Returns the smallest margins of consecutive rows, of which the first one has the place `first`.
     fn of_block(window: &Window, outcomes: &OutcomeColumns, first: usize) -> Self {
         let wheels = 0..window.machine().wheels().len();
         let edges = 0..window.machine().polygon().edges().len();
@@ -183,7 +183,7 @@ impl Least {
         }
     }
 
-    /// With those of later rows.
+    /// Combines the margins with those of later rows.
     fn and(mut self, later: Self) -> Self {
         let otf = self.otf.iter_mut().zip(later.otf);
         let any_split = self.any_split.iter_mut().zip(later.any_split);

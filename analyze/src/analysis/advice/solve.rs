@@ -22,7 +22,7 @@ const DIGITS: i32 = 3;
 /// Rounding errors of loads and moments, relative to the machine's weight.
 const ROUNDING: f64 = 1e-9;
 
-/// What a change must keep.
+/// Bounds that a change must keep.
 #[derive(Debug)]
 pub(super) struct Bounds {
     /// Wheels that fell below their limit in the window as logged.
@@ -64,7 +64,7 @@ pub(super) struct Solution {
 }
 
 impl Bounds {
-    /// The same with a margin (N) above the limit of each wheel that fell below it.
+    /// Returns the bounds with a margin (N) above the limit of each wheel that fell below it.
     pub(super) fn with_margin(&self, margin_n: impl Fn(usize) -> f64) -> Self {
         let limits = self.otf.iter().enumerate();
         let limits = limits.map(|(wheel, limit)| match self.targets.contains(&wheel) {
@@ -161,7 +161,7 @@ impl Violation {
         }
     }
 
-    /// Why a change is not advised.
+    /// Describes why the change is not advised.
     fn reason(&self, machine: &Machine, bounds: &Bounds) -> String {
         match *self {
             Self::NotComputable { .. } => word!("the machine cannot take that posture").into(),
@@ -304,7 +304,7 @@ impl Search<'_> {
         share(high.0)
     }
 
-    /// Why no amount brings the wheels to their limits.
+    /// Describes why no amount brings the wheels to their limits.
     fn out_of_reach(&self, scanned: &[(f64, Margins)]) -> String {
         let lowest = |(_, found): &(f64, Margins)| {
             let computable = found.not_computable.is_none();
@@ -362,7 +362,7 @@ impl<'a> Scan<'a> {
         }
     }
 
-    /// The first share above `above` that holds, and the one before it.
+    /// Finds the first share above `above` that holds, with the one before it.
     fn first(&mut self, above: f64, slack: &dyn Fn(&Margins) -> f64) -> Option<Bracket> {
         let mut below = Simulated {
             share: above,

@@ -4,12 +4,13 @@ use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
+use tipwatch_mechanics::estimation::EstimatedStates;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::{ForcesByRule, State};
 
 use super::hypothesis::{Hypothesis, Supposed};
 use super::to_base::ToBase;
-use crate::base::state_source::{EstimatedStates, StateSource};
+use crate::base::state_source::StateSource;
 use crate::base::support_sets::SupportSets;
 
 /// States whose sensor is at the base frame, changed by hypotheses in their order. Measured forces change by what those of the
@@ -18,14 +19,14 @@ pub(crate) struct SupposedStates {
     recorded: Arc<dyn StateSource>,
     /// The machine that was recorded.
     recorded_by: Machine,
-    /// The same with its sensor at the base frame.
+    /// The recorded machine with its sensor at the base frame.
     machine: Machine,
     /// The machine as recorded and as supposed, on each set of its supports, with its sensor at the base frame.
     standing: Vec<[Machine; 2]>,
-    /// Which of these each row is on; the only one of a machine that is always on the same supports.
+    /// Sets of supports on which the rows are; `None` for a machine that is always on the same supports.
     supports: Option<SupportSets>,
     hypotheses: Vec<Hypothesis>,
-    /// Of the rows (ns), and which of the recorded states is that of the first.
+    /// Times of the rows (ns), and the index of the recorded state of the first row.
     times_ns: Vec<i64>,
     first: usize,
 }

@@ -17,7 +17,7 @@ pub(super) const MARGIN_NS: i64 = 1_000_000_000;
 pub(super) const FARTHEST_REST_NS: i64 = 10_000_000_000;
 /// Joints slower than this rest (rad/s or m/s).
 const RESTING_RATE: f64 = 0.02;
-/// How long the logged motion of the joints is followed after tipping began (ns).
+/// Longest time for which the logged motion of the joints is followed after tipping began (ns).
 pub(super) const LONGEST_TIPPING_NS: i64 = 5_000_000_000;
 
 /// Rows to simulate.
@@ -35,7 +35,7 @@ pub(super) struct Window {
     pub(super) held: Vec<bool>,
     /// Rows whose state is unknown.
     pub(super) left_out: usize,
-    /// Those of the event itself.
+    /// Rows of the event itself whose state is unknown.
     pub(super) left_out_of_event: usize,
 }
 
@@ -174,12 +174,12 @@ struct BaseOfRows<'a> {
     forces: ForcesByRule<f64>,
     /// The last row in which the machine was not tipping.
     before: Option<State<f64>>,
-    /// Since when the machine has been tipping (ns).
+    /// Time at which the machine began to tip (ns).
     tipping_since: Option<i64>,
 }
 
 enum BaseAt {
-    /// `state` holds it.
+    /// The motion of the base is in `state`.
     Known {
         held: bool,
     },

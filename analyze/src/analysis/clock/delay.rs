@@ -27,7 +27,7 @@ const DELAYS: usize = 2 * 50 + 1;
 const COARSE_DELAYS: usize = 2 * 56 + 1;
 /// Fewest steps that all delays of the first search must have in common: two seconds.
 const FEWEST_STEPS: usize = 200;
-/// A middle within this of zero is zero (steps): half of what is compared around it.
+/// Distance from zero within which a middle counts as zero (steps): half of the range that is compared around it.
 const NEAR_ZERO: usize = 25;
 /// Length of a block of the jackknife (steps).
 const BLOCK: usize = 250;
@@ -61,7 +61,7 @@ struct Sums<const D: usize> {
     stretch: usize,
     /// Known by known; the first two are a constant and the time.
     known: Vec<Vec<f64>>,
-    /// Of each known signal, known by late for each delay.
+    /// Sums of each known signal times the late one, for each delay.
     both: Vec<[f64; D]>,
     /// Late by late, for each delay.
     late: [f64; D],
@@ -72,11 +72,10 @@ const fn farthest<const D: usize>() -> usize {
     D / 2
 }
 
-/// Estimates the delay of the late signals; `stretches` holds the channels of each stretch, in the same
-/// order.
+/// Estimates the delay of the late signals; `stretches` holds the channels of each stretch, in the same order.
 ///
 /// # Errors
-/// Why the signals do not determine a delay.
+/// The signals do not determine a delay; the error says why.
 pub(super) fn find(stretches: &[Vec<Option<Channel>>]) -> Result<Delay, String> {
     let coarse: Vec<Vec<Option<Channel>>> = stretches
         .iter()
@@ -196,7 +195,7 @@ fn correlation(costs: &[Vec<f64>]) -> Result<f64, String> {
     Ok(correlation)
 }
 
-/// How many steps of the known signals have a late one at each of `D` delays.
+/// Returns the number of steps of the known signals that have a late sample at each of `D` delays.
 fn compared_steps<const D: usize>(channel: &Channel) -> usize {
     channel.late.len().saturating_sub(2 * farthest::<D>())
 }
@@ -265,7 +264,7 @@ impl<const D: usize> Sums<D> {
 /// Sums over a window that moves over a signal, one step for each delay.
 struct MovingSums<const D: usize> {
     values: [f64; D],
-    /// Of each value by its place in the signal.
+    /// Sums of each value times its place in the signal.
     by_place: [f64; D],
     squares: [f64; D],
 }
@@ -308,8 +307,8 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 /// Constant and linear terms of a stretch.
 const OWN: usize = 2;
 
-/// For each delay, the logarithm of the residual of the fit relative to the residual of constant and
-/// linear terms alone, over the blocks for which `counts`.
+/// Returns for each delay the logarithm of the residual of the fit relative to the residual of constant and linear terms alone,
+/// over the blocks for which `counts`.
 fn cost<const D: usize>(blocks: &[Sums<D>], counts: impl Fn(usize) -> bool) -> Vec<f64> {
     let used: Vec<&Sums<D>> = (blocks.iter().enumerate())
         .filter(|(block, _)| counts(*block))
@@ -442,7 +441,7 @@ fn valley(costs: &[Vec<f64>]) -> Option<f64> {
     Some((lowest as f64 - farthest::<DELAYS>() as f64 + between.clamp(-1.0, 1.0)) * STEP_S)
 }
 
-/// What follows from the costs with each block left out in turn.
+/// Computes `found` from the costs with each block left out in turn.
 fn without_each_block<const D: usize, T: Send>(
     channels: &[Vec<Sums<D>>],
     found: impl Fn(&[Vec<f64>]) -> T + Sync,

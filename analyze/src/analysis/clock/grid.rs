@@ -23,7 +23,7 @@ pub(super) struct Stretch {
     pub(super) start_ns: i64,
     /// Number of steps.
     pub(super) steps: usize,
-    /// The rows in it, and one before and after.
+    /// Rows of the stretch, and one before and after.
     pub(super) rows: Range<usize>,
 }
 

@@ -32,7 +32,7 @@ pub(crate) fn estimate(
 /// Most estimates that are tried as the wrong ones at a time.
 const MOST_WRONG: usize = 3;
 
-/// One offset for each topic, from those of the pairs.
+/// Combines the offsets of the pairs to one offset for each topic.
 fn offsets(
     loaded: &LoadedLog,
     forces: &[LinkageForce],
@@ -189,7 +189,7 @@ fn contradicting(pairs: &[Known<'_>]) -> Vec<usize> {
     looped
 }
 
-/// Whether no pair differs significantly from what the others say.
+/// Whether no pair differs significantly from the offsets of the others.
 fn agree(residuals: &[Option<f64>]) -> bool {
     !residuals.iter().flatten().any(|r| *r > REAL_SIGMAS)
 }
@@ -209,8 +209,8 @@ fn sets(of: &[usize], count: usize) -> Vec<Vec<usize>> {
     sets
 }
 
-/// Of each pair by how many standard deviations it differs from what the others say; `None` if it is in no loop, so that
-/// they say nothing.
+/// Returns for each pair the number of standard deviations by which it differs from the other pairs; `None` if it is in no loop,
+/// so that they say nothing of it.
 fn residuals(pairs: &[Known<'_>]) -> Vec<Option<f64>> {
     let of_pair = |number: usize| {
         let pair = &pairs[number];
@@ -256,7 +256,7 @@ fn solve(topics: &[&str], pairs: &[Known<'_>]) -> Option<Vec<(f64, f64)>> {
     )
 }
 
-/// Why the offset of a topic is unknown.
+/// Describes why the offset of a topic is unknown.
 fn why_not(topic: &str, pairs: &[PairOffset]) -> String {
     let of_topic = pairs
         .iter()
@@ -312,7 +312,7 @@ mod tests {
         assert!((solved[1].1 - sigma).abs() < 1e-9, "{solved:?}");
     }
 
-    /// Which of the pairs are left out, by their numbers.
+    /// Returns the indices of the pairs that are left out.
     fn left_out(mut pairs: Vec<PairOffset>) -> Vec<usize> {
         leave_out_contradictions(&mut pairs);
         let numbers = 0..pairs.len();

@@ -92,7 +92,7 @@ impl TopicOffset {
         offset.abs() > (REAL_SIGMAS * sigma).max(LEAST_OFFSET_S)
     }
 
-    /// Whether it is precise enough to be applied.
+    /// Whether the offset is precise enough to be applied.
     fn is_applicable(&self) -> bool {
         self.matters() && self.sigma_s.is_some_and(|sigma| sigma <= WORST_APPLIED_S)
     }
@@ -104,7 +104,7 @@ impl ClockOffsets {
         self.applicable().next().is_some()
     }
 
-    /// The same signals, their stamps corrected by the significant and precise offsets.
+    /// Returns the signals with their stamps corrected by the significant and precise offsets.
     pub(crate) fn corrected(&self, signals: &[Signal]) -> Vec<Signal> {
         let mut signals = signals.to_vec();
         for (topic, seconds) in self.applicable() {

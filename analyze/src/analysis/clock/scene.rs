@@ -16,7 +16,7 @@ const STANDSTILL_SPEED: f64 = 0.05;
 /// A machine that never exceeds this speed (m/s) may only rock on its brakes, without rolling wheels.
 pub(super) const ROLLING_SPEED: f64 = 0.2;
 
-/// What the machine does in a state, by which stretches are chosen.
+/// Returns the activity of the machine in a state; stretches are chosen by it.
 pub(crate) fn activity(machine: &Machine, state: &State<f64>, is_quiet: bool) -> Activity {
     let speed = state.base.velocity.norm();
     let joints = machine.joints().iter().zip(&state.joints);

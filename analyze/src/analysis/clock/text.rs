@@ -52,11 +52,10 @@ impl std::fmt::Display for TopicsFinding {
 /// Anomalies of loaded signals.
 #[must_use]
 pub(crate) fn of_signals(signals: &[Signal]) -> Vec<TopicsFinding> {
-    findings(
-        signals
-            .iter()
-            .map(|signal| (signal.topic.as_str(), signal.recording.findings.as_slice())),
-    )
+    findings(signals.iter().map(|signal| {
+        let found = &signal.recording.reading.findings;
+        (signal.topic.as_str(), found.as_slice())
+    }))
 }
 
 /// Notes on relevant offsets, and on estimates that contradict each other.

@@ -1,4 +1,4 @@
-//! Delays between the load and what responds to it: actuator forces, and the tilt of the platform.
+//! Delays between the load and the signals that respond to it: actuator forces, and the tilt of the platform.
 
 use std::sync::Arc;
 
@@ -83,9 +83,9 @@ impl Scene<'_> {
         })
     }
 
-    /// At the steps of a stretch: ground moment about the base's x and y axes (N m) under gravity alone, first the part due
-    /// to the stream's joints, or without one the tool wrench, then the rest; horizontal parts of the upward direction and
-    /// of the specific force (m/s^2), in base axes.
+    /// Returns at the steps of a stretch: ground moment about the base's x and y axes (N m) under gravity alone, first the part
+    /// due to the stream's joints, or without one the tool wrench, then the rest; horizontal parts of the upward direction and of
+    /// the specific force (m/s^2), in base axes.
     fn moments_and_lean(
         &self,
         stretch: &Stretch,

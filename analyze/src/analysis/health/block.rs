@@ -1,6 +1,6 @@
-//! What is fast in half a second of samples: deviations from the parabola through them.
+//! Fast components of half a second of samples: deviations from the parabola through them.
 
-/// Fewer samples say nothing about what is fast.
+/// Fewest samples that show fast components.
 pub(super) const LEAST_SAMPLES: usize = 10;
 
 /// Polynomials of the first and second degree, orthogonal over the times of the samples.
@@ -11,7 +11,7 @@ pub(super) struct Parabola {
 }
 
 impl Parabola {
-    /// For samples at these times (s).
+    /// Computes the polynomials for samples at these times (s).
     pub(super) fn over(times: &[f64]) -> Self {
         let mean = mean(times);
         let first: Vec<f64> = times.iter().map(|time| time - mean).collect();
@@ -59,7 +59,7 @@ pub(super) fn median(values: &mut [f64]) -> Option<f64> {
 pub(super) fn outliers(values: &[f64], step: f64) -> u64 {
     /// Times the usual deviation.
     const FAR: f64 = 12.0;
-    /// The values around may differ by one in so many of the deviation.
+    /// Least ratio of an outlier's deviation to the spread of the four values around it.
     const AGREE: f64 = 3.0;
     const SIGMA_BY_MAD: f64 = 1.4826;
     let judged = values.windows(5).map(|around| {

@@ -1,9 +1,9 @@
-//! What the samples of one number show, sample by sample.
+//! Health of one number, measured sample by sample.
 
 use super::block::{self, LEAST_SAMPLES, Parabola, median};
 use super::record::NumberHealth;
 
-/// Changes of a number that tell its resolution.
+/// Numbers of changes from which the resolution of a value is determined: most and fewest.
 const MOST_CHANGES: usize = 4096;
 const LEAST_CHANGES: usize = 20;
 /// Samples of one extreme value in a row from which on it is held.
@@ -19,7 +19,7 @@ const OVERLAP: usize = 4;
 pub(super) struct Meter {
     name: String,
     unit: &'static str,
-    /// Whether it may rest at an end: then nothing shows that it is clipped.
+    /// Whether the number may rest at an end of its range: then nothing shows that it is clipped.
     may_rest: bool,
     samples: u64,
     least: Extreme,

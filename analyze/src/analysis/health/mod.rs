@@ -1,4 +1,4 @@
-//! The health of the sensors: what stamps and numbers show by themselves, whatever the machine.
+//! Health of the sensors: the evidence of stamps and numbers alone, whatever the machine.
 //!
 //! One record per sensor is the row of `summary.json`, of the report and of the data set of a fleet.
 

@@ -7,12 +7,12 @@ use super::record::RateChange;
 const BLOCK: usize = 50;
 /// Smaller changes of the period are jitter.
 const LEAST_CHANGE: f64 = 0.1;
-/// Where periods deviate by more from their median, as a rule, there is no rate that could change.
+/// Deviation of the periods from their median, as a share, from which there is no rate that could change.
 const IRREGULAR: f64 = 0.25;
 /// Most changes that are listed.
 const MOST_LISTED: usize = 20;
 
-/// What the stamps of a sensor say.
+/// Sampling rate by the stamps of a sensor.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Rates {
     pub(super) rate_hz: Option<f64>,
@@ -29,7 +29,7 @@ struct Block {
 }
 
 impl Rates {
-    /// Of stamps in order of time (ns).
+    /// Finds the rates of stamps in order of time (ns).
     pub(super) fn of(stamps_ns: &[i64]) -> Self {
         let pairs = || stamps_ns.windows(2).map(|pair| (pair[0], pair[1]));
         let longest = pairs().max_by_key(|(from, to)| to.saturating_sub(*from));

@@ -1,4 +1,4 @@
-//! What is stated about the health of a sensor.
+//! Statements about the health of a sensor.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -32,7 +32,7 @@ fn of_signal(
     let stamps = sorted_stamps(&recording.stamps_ns);
     let rates = Rates::of(&stamps);
     let count = counts.iter().find(|(sensor, _)| *sensor == signal.sensor);
-    let correction = &recording.correction;
+    let correction = &recording.reading.correction;
     let mut meters = Meters::new(meters(loaded, signal.sensor));
     let width = recording.width().max(1);
     let mut values = Vec::new();

@@ -17,11 +17,11 @@ const FORCE_SHARE: [f64; 2] = [0.002, 60.0];
 /// Smallest and largest sum of the measured loads of supports as a share of the weight, where all of them are measured: loads that are not
 /// stated and masses that are wrong are within, kilonewtons, kilograms and pounds are not.
 const SUM_SHARE: [f64; 2] = [0.3, 3.0];
-/// The same where only some supports are measured.
+/// Smallest and largest sum of the measured loads as a share of the weight, where only some supports are measured.
 const PART_SHARE: [f64; 2] = [0.002, 3.0];
 /// Fewest times at which a sum is compared.
 const FEWEST_SUMS: usize = 5;
-/// What forces are likely in: name, newtons of one unit.
+/// Likely units of logged forces: name, newtons of one unit.
 const UNITS: [(&str, f64); 6] = [
     ("kN", 1000.0),
     ("kg", 9.80665),
@@ -30,7 +30,7 @@ const UNITS: [(&str, f64); 6] = [
     ("daN", 10.0),
     ("MN", 1e6),
 ];
-/// Largest deviation of a sum from the weight by which one of these units is told (as a factor).
+/// Largest deviation of a sum from the weight by which one of these units is recognised (as a factor).
 const UNIT_WITHIN: f64 = 1.5;
 
 /// Actuators whose logged force cannot be one that carries wheels, one finding for each linkage.

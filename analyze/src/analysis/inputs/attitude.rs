@@ -12,7 +12,7 @@ use crate::load::{LoadedLog, Signal};
 
 /// Deviation of a quaternion's length from one that no rounding explains.
 const LENGTH_TOLERANCE: f64 = 0.1;
-/// Share of such quaternions from which the signal is no attitude.
+/// Share of quaternions of such a length from which the signal is no attitude.
 const MOST_NOT_UNIT: f64 = 0.5;
 /// Angle between up by attitude and by specific force, the median over windows of one second, that no
 /// acceleration of a machine explains (degrees).
@@ -74,7 +74,7 @@ pub(crate) fn notes_on_slope(loaded: &LoadedLog) -> Option<String> {
     ))
 }
 
-/// An IMU whose specific force is compared with no attitude: what is left to test its mounting.
+/// Returns the note about an IMU whose specific force is compared with no attitude, with the remaining tests of its mounting.
 pub(crate) fn untested_mounting(loaded: &LoadedLog) -> Option<Note> {
     let mut with_attitude = (loaded.signals.iter())
         .filter(|signal| matches!(signal.sensor, Sensor::Imu | Sensor::Odometry));
@@ -150,7 +150,8 @@ fn not_unit(signal: &Signal) -> Option<GrossInput> {
     })
 }
 
-/// Of an IMU: both are in its own axes, so its mounting plays no part.
+/// Finds a contradiction between the attitude and the specific force of an IMU: both are in its own axes, so its mounting plays
+/// no part.
 fn contradicts_gravity(signal: &Signal) -> Option<GrossInput> {
     if signal.sensor != Sensor::Imu {
         return None;

@@ -14,9 +14,9 @@ use crate::base::number::{percent, short};
 
 /// Largest roll, pitch and yaw, which may count turns (rad).
 const LARGEST_RAD: [f64; 3] = [LARGEST_TILT_RAD, LARGEST_TILT_RAD, 40.0];
-/// Largest roll and pitch in degrees. Beyond it a value stands for none.
+/// Largest roll and pitch in degrees. A value beyond marks a missing one.
 const LARGEST_TILT_DEG: f64 = 361.0;
-/// Share of such values from which the unit is wrong.
+/// Share of values beyond that from which the unit is wrong.
 const LEAST_SHARE: f64 = 0.05;
 
 /// Attitudes bound as roll, pitch and yaw whose values are no angles in radians.

@@ -1,4 +1,4 @@
-//! A gross input: what is wrong, the evidence, and the likely correction.
+//! A gross input: the error, the evidence, and the likely correction.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -47,7 +47,7 @@ tipwatch_mechanics::named! {
 }
 
 impl GrossInputKind {
-    /// Whether gyro or attitude, or the axes of both, mean nothing: they show no rotation.
+    /// Whether gyro or attitude, or the axes of both, are unusable: then they show no rotation.
     pub(crate) fn hides_rotations(self) -> bool {
         matches!(
             self,

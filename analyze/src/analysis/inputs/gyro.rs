@@ -18,7 +18,7 @@ const LONGEST_STEP_NS: i64 = 100_000_000;
 const LARGEST_PROPORTION: f64 = 4.0;
 /// Fewest comparisons.
 const FEWEST: usize = 10;
-/// Smallest root mean square rotation of a step, or angular velocity, that says something (rad or rad/s).
+/// Smallest root mean square rotation of a step, or angular velocity, that is evidence (rad or rad/s).
 const TURNING: f64 = 0.004;
 const UNITS: [Unit; 3] = [
     (message!("degrees per second"), 57.295_78),

@@ -55,7 +55,7 @@ const VELOCITIES: [(&str, f64); 5] = [
 
 /// The joints of a signal that look alike.
 struct Suspects {
-    /// Factor from SI, and the unit that it means, of the first of them.
+    /// Factor from SI of the first of these joints, with the unit that it means.
     first: Option<(f64, Option<Unit>)>,
     names: Vec<String>,
     evidence: Vec<String>,
@@ -103,7 +103,7 @@ pub(super) fn scales(loaded: &LoadedLog) -> Vec<GrossInput> {
     found
 }
 
-/// What one pass over the samples of a signal shows of a joint.
+/// Observations of a joint in one pass over the samples of a signal.
 struct Seen {
     slides: bool,
     is_wheel: bool,
@@ -111,12 +111,12 @@ struct Seen {
     range: Option<(usize, f64, f64)>,
     proportion: Proportion,
     last: Option<(f64, f64)>,
-    /// Of the current comparison: its time (s), the change of the position, and the integrated velocity.
+    /// Current comparison: its time (s), the change of the position, and the integrated velocity.
     compared: [f64; 3],
 }
 
 impl Seen {
-    /// Of each joint.
+    /// Observes each joint in a signal.
     fn in_signal(loaded: &LoadedLog, signal: &Signal, joints: &[usize]) -> Vec<Self> {
         let mut all: Vec<Self> = (joints.iter())
             .map(|&joint| Self {
@@ -213,7 +213,7 @@ impl Seen {
 struct Column<'s> {
     signal: &'s Signal,
     position: usize,
-    /// Number, least and largest of those that are finite.
+    /// Number, least and largest of the finite positions.
     range: Option<(usize, f64, f64)>,
 }
 
@@ -224,7 +224,7 @@ impl Column<'_> {
     }
 }
 
-/// The factor by which positions exceed what the joint can reach, and the evidence.
+/// Returns the factor by which positions exceed the limits of the joint, and the evidence.
 fn beyond_limits(
     machine: &Machine,
     joint: &MeasuredJoint,

@@ -1,4 +1,4 @@
-//! Gross inputs: what in a log contradicts physics or the machine so plainly that nothing can be concluded,
+//! Gross inputs: data of a log that contradict physics or the machine so plainly that nothing can be concluded,
 //! such as a signal in another unit. Found before any event.
 //!
 //! Faults of the machine description alone are refused when the machine is checked, offline and live.

@@ -35,7 +35,7 @@ impl Proportion {
     }
 }
 
-/// A unit by the factor from SI to it.
+/// A unit, with its factor from SI.
 pub(super) type Unit = (&'static str, f64);
 
 /// The unit whose factor is within a fifth of `factor`.

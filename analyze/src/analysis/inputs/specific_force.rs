@@ -12,12 +12,12 @@ use crate::load::LoadedLog;
 
 /// Angular velocity below which a window is quiet (rad/s).
 const QUIET_RAD_S: f64 = 0.05;
-/// Fewest quiet windows that stand for the log; else all windows do.
+/// Fewest quiet windows that represent the log; else all windows do.
 const FEWEST_QUIET: usize = 2;
 /// Largest deviation from g of the median over quiet windows, as a share of g: a bias of 0.5 m/s^2 and a lasting
 /// acceleration of 3 m/s^2 stay within.
 const QUIET_SHARE: f64 = 0.1;
-/// The same over all windows of a machine that never rests.
+/// Largest deviation from g of the median over all windows of a machine that never rests, as a share of g.
 const MOVING_SHARE: f64 = 0.2;
 /// Share of g below which gravity is missing altogether.
 const WITHOUT_GRAVITY: f64 = 0.5;

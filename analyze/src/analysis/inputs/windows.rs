@@ -35,7 +35,7 @@ pub(super) fn windows(stamps_ns: &[i64]) -> Vec<Range<usize>> {
     windows
 }
 
-/// What `of` makes of each window over a recording, in order, on all cores.
+/// Applies `of` to each window over a recording, on all cores, and returns the results in order.
 pub(super) fn of_windows<T: Send>(
     recording: &Recording,
     of: impl Fn(&mut SampleReader<'_>, Range<usize>) -> Option<T> + Sync,

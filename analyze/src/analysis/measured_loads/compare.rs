@@ -27,7 +27,7 @@ pub struct LoadComparison {
     pub sensors: Vec<SensorStatistics>,
     /// The compared rows.
     pub rows: Vec<ComparedRow>,
-    /// Where measured and computed loads contradict each other.
+    /// Spans in which measured and computed loads contradict each other.
     pub contradictions: Vec<Contradiction>,
     /// Rows left out because a wheel is off the ground.
     pub lifted: usize,
@@ -59,12 +59,12 @@ pub(crate) fn sampled_rows(count: usize) -> impl Iterator<Item = usize> {
     (0..count).step_by(count.div_ceil(MOST_ROWS).max(1))
 }
 
-/// What is compared.
+/// Inputs of the comparison.
 pub(crate) struct Comparison<'a> {
     pub(crate) standing: &'a Standing<'a>,
     pub(crate) rows: &'a EstimatedRows,
     pub(crate) measured: &'a MeasuredLoads,
-    /// What motion that was not observed can have done at static rows.
+    /// Motion that may have occurred unobserved at static rows.
     pub(crate) motion: Option<&'a StaticRows>,
 }
 

@@ -42,13 +42,13 @@ impl Contradiction {
         self.unstated.is_some_and(|load| load.followed)
     }
 
-    /// Whether it is explained: by a load on the tool, which the loads include.
+    /// Whether a load on the tool, which the loads include, explains the contradiction.
     #[must_use]
     pub fn is_explained(&self) -> bool {
         self.is_followed() && self.unstated.is_some_and(|load| load.at_tool)
     }
 
-    /// What it means for these rows.
+    /// Returns the consequence of the contradiction for the loads of these rows.
     #[must_use]
     pub fn consequence(&self) -> &'static str {
         match (self.is_explained(), self.is_followed()) {

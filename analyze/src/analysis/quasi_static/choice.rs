@@ -1,4 +1,4 @@
-//! Whether rows without neighbours are static: by the data, by the machine file or by option.
+//! Choice of static rows, which have no neighbours: by the data, by the machine file or by option.
 
 use std::sync::Arc;
 
@@ -16,14 +16,14 @@ use crate::load::{LoadedLog, shared_signals};
 /// The static rows of a log.
 pub(in crate::analysis) struct QuasiStatic {
     pub(in crate::analysis) rows: Arc<StaticRows>,
-    /// Why rows are static, what is assumed of the motion, and which of that the log contradicts.
+    /// Notes: why rows are static, the assumptions about the motion, and those that the log contradicts.
     pub(in crate::analysis) notes: Vec<String>,
 }
 
 /// Makes the rows of a log static if its data or the user ask for it.
 ///
 /// # Errors
-/// It was asked for with an estimator or a model that has no static rows, or samples cannot be read.
+/// Static rows were asked for with an estimator or a model that has none, or samples cannot be read.
 pub(in crate::analysis) fn choose(
     loaded: &mut LoadedLog,
     options: &Options,

@@ -1,4 +1,4 @@
-//! Whether a lift between rows can be excluded.
+//! Exclusion of lifts between rows.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -22,7 +22,8 @@ pub struct Exclusion {
 }
 
 impl Exclusion {
-    /// The same, not longer than the log itself: the time up to a row far away is not all of the log's.
+    /// Returns the exclusion with its times limited to those of the log itself: the time up to a row far away is not all of the
+    /// log's.
     pub(in crate::analysis) fn within(self, covered_s: f64) -> Self {
         let lift_not_excluded_s = self.lift_not_excluded_s.min(covered_s);
         let rest_s = covered_s - lift_not_excluded_s;
@@ -34,13 +35,13 @@ impl Exclusion {
     }
 }
 
-/// Collects what is known between rows, block by block.
+/// Collects the exclusion of lifts between rows, block by block.
 pub(in crate::analysis) struct ExclusionPass<'a> {
     machine: &'a Machine,
     table: &'a Table,
     is_sparse: bool,
     found: Exclusion,
-    /// By wheel, the event that may go on.
+    /// Event that may go on, by wheel.
     open: Vec<Option<Event>>,
     events: Vec<Event>,
 }
@@ -106,7 +107,7 @@ impl<'a> ExclusionPass<'a> {
         on.is_some_and(|on| on.iter().any(|support| support.index() == wheel))
     }
 
-    /// Whether the machine stands on other supports in the next row, or it is unknown on which.
+    /// Whether the machine stands on other supports in the next row, or the supports of only one of both rows are known.
     fn changes_supports(&self, row: usize) -> bool {
         self.table.supports().is_some_and(|supports| {
             row + 1 < self.table.len()
@@ -128,7 +129,7 @@ impl<'a> ExclusionPass<'a> {
         }
     }
 
-    /// The events, and what is known; `None` for a log that is not sparse.
+    /// Returns the events and the exclusion; `None` for a log that is not sparse.
     pub(in crate::analysis) fn finish(mut self) -> (Vec<Event>, Option<Exclusion>) {
         self.events.extend(self.open.into_iter().flatten());
         (self.events, self.is_sparse.then_some(self.found))

@@ -1,4 +1,4 @@
-//! Sparse logs: whether rows are static, what motion between them can have done to the loads, and whether a lift
+//! Sparse logs: whether rows are static, the changes that motion between them may have made to the loads, and whether a lift
 //! between them can be excluded.
 
 mod choice;

@@ -1,9 +1,9 @@
-//! What motion that was not observed can have done to the loads of a row, all supports together.
+//! Change that unobserved motion may have made to the loads of a row, all supports together.
 
 /// The changes of the loads.
 #[derive(Debug)]
 pub(crate) struct MotionLoads {
-    /// By wheel (N), for one standard deviation of each signal that was not observed; these are independent. `None` if
+    /// Changes by wheel (N), for one standard deviation of each signal that was not observed; these are independent. `None` if
     /// their ranges are unknown.
     by_signal: Option<Vec<Vec<f64>>>,
 }
@@ -15,7 +15,7 @@ impl MotionLoads {
         }
     }
 
-    /// Those of unknown ranges, which explain every load.
+    /// Returns changes of unknown range, which explain every load.
     pub(super) fn unbounded() -> Self {
         Self { by_signal: None }
     }

@@ -1,4 +1,4 @@
-//! Widens the bands of rows by what motion between them can have done.
+//! Widens the bands of rows by the changes that motion between them may have made.
 
 use std::sync::OnceLock;
 
@@ -29,7 +29,7 @@ impl StaticRows {
 }
 
 impl StaticRows {
-    /// What motion that was not observed can have done to the loads at a time; `None` where all of it was observed.
+    /// Returns the change that unobserved motion may have made to the loads at a time; `None` where all of it was observed.
     pub(in crate::analysis) fn loads(
         &self,
         machine: &Machine,
@@ -114,7 +114,7 @@ impl Widening for StaticRows {
     }
 }
 
-/// Where the columns are.
+/// Positions of the columns.
 struct Places {
     is_static: usize,
     held_age: usize,

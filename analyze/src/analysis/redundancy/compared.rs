@@ -12,11 +12,11 @@ const FEWEST_ROWS: usize = 4;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Compared {
     pub(super) time_ns: i64,
-    /// In the unit of the quantity.
+    /// Measured value, in the unit of the quantity.
     pub(super) measured: f64,
-    /// In the same unit.
+    /// Computed value, in the same unit.
     pub(super) computed: f64,
-    /// From which difference on the two contradict each other, in the same unit.
+    /// Difference from which on the two contradict each other, in the same unit.
     pub(super) limit: f64,
 }
 
@@ -45,7 +45,7 @@ fn spans(rows: &[Compared]) -> impl Iterator<Item = &[Compared]> {
     spans.filter(|span| span[0].is_off() && is_long(span))
 }
 
-/// Whether consecutive rows last long enough to be told.
+/// Whether consecutive rows last long enough to be reported.
 pub(super) fn is_long(span: &[Compared]) -> bool {
     let length = span[span.len() - 1].time_ns.saturating_sub(span[0].time_ns);
     length >= LEAST_NS && span.len() >= FEWEST_ROWS
@@ -77,6 +77,7 @@ pub(super) fn reported(span: &[Compared], kind: FaultKind, limit: f64, subject: 
             samples: span.len() as u64,
             explanation: None,
             loads_are_right: None,
+            possible_since_ns: None,
         }),
         ..Event::blank(EventKind::InputFault, span[0].time_ns, subject.into())
     }

@@ -29,7 +29,7 @@ const MOST_SIGMAS: f64 = 5.0;
 /// Compared rows for which the same uncertainty of the masses is used.
 const SHARED_SIGMA: usize = 25;
 
-/// Where measured forces contradict the computed ones, as events that leave rows valid.
+/// Finds the contradictions between measured and computed forces, as events that leave rows valid.
 pub(super) fn contradictions(
     file: &MachineFile,
     machine: &Machine,
@@ -55,7 +55,7 @@ pub(super) fn contradictions(
     found
 }
 
-/// Whether nothing else rests on the force: it neither splits the load of wheels nor tells the mass of a payload.
+/// Whether no result rests on the force: it neither splits the load of wheels nor determines the mass of a payload.
 fn is_redundant(machine: &Machine, linkage: usize) -> bool {
     let pivot = machine.linkages()[linkage].bodies.pivot;
     let carries_wheel =

@@ -15,7 +15,7 @@ use crate::events::Event;
 use crate::load::LoadedLog;
 use crate::load::linkage_force::{at, positions_of};
 
-/// Where measured strokes contradict the angles.
+/// Finds the contradictions between measured strokes and angles.
 pub(super) fn contradictions(
     log: &Log,
     file: &MachineFile,

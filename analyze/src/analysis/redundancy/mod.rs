@@ -1,4 +1,4 @@
-//! What else the log measures of the arm, compared with its state row by row: forces and lengths of cylinders.
+//! Redundant measurements of the arm, compared with its state row by row: forces and lengths of cylinders.
 //!
 //! The loads do not use these signals. So a contradiction is reported, and rows stay valid: either side may be wrong.
 
@@ -15,7 +15,7 @@ use crate::events::Event;
 use crate::load::LoadedLog;
 use crate::load::linkage_force::LinkageForce;
 
-/// Where other signals contradict the state of the arm, as events.
+/// Finds the contradictions of other signals with the state of the arm, as events.
 pub(crate) fn contradictions(
     log: &Log,
     file: &MachineFile,

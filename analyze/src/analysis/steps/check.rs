@@ -1,4 +1,4 @@
-//! Fourth step: what sensors say of each other beside the states: measured loads, cylinder forces, lengths.
+//! Fourth step: comparison of sensors with each other, beside the states: measured loads, cylinder forces, lengths.
 
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::Reason;
@@ -14,7 +14,7 @@ use crate::base::options::Estimator;
 use crate::events::Event;
 use crate::load::MeasuredLoads;
 
-/// What the comparison of the sensors has found.
+/// Results of comparing the sensors.
 #[derive(Default)]
 pub(in crate::analysis) struct CheckedLog {
     /// Measured against computed loads.
@@ -58,11 +58,12 @@ impl CheckedLog {
     }
 }
 
-/// Where all supports are measured, the loads of rows in which they contradict the computed ones follow them, those that are measured
-/// slowly by their last sample. Where no load on the tool explains the difference, either may be wrong: such rows are in doubt.
+/// Replaces computed loads by measured ones where all supports are measured and the measured loads contradict the computed ones;
+/// slowly measured loads hold their last sample. Where no load on the tool explains the difference, either may be wrong: such
+/// rows are in doubt.
 ///
-/// That knows the whole log. The causal estimator's rows are doubted from when past rows contradict each other, as live, and follow no
-/// measured load.
+/// This takes the whole log. The rows of the causal estimator are doubted from when past rows contradict each other, as live, and
+/// follow no measured load.
 fn follow_loads(
     machine: &Machine,
     rows: &mut EstimatedRows,

@@ -1,4 +1,4 @@
-//! Second step: the states of the rows, and what the samples show by themselves. After it they are forgotten.
+//! Second step: the states of the rows, and the findings from the samples alone. After it the samples are forgotten.
 
 use anyhow::{Result, bail};
 use tipwatch_mechanics::machine::Note;
@@ -18,18 +18,18 @@ pub(in crate::analysis) struct EstimatedLog {
     pub(super) samples: SampleFindings,
 }
 
-/// What the samples of a log show by themselves.
+/// Findings from the samples of a log alone.
 pub(in crate::analysis) struct SampleFindings {
     pub(super) quality: SignalQuality,
     /// The offsets between the clocks of its topics.
     pub(super) clock: ClockOffsets,
-    /// What in the inputs is grossly wrong. While there is any, no row is valid.
+    /// Grossly wrong inputs. While there is any, no row is valid.
     pub(super) gross_inputs: Vec<GrossInput>,
-    /// Why the slope of the ground is unknown, if it is.
+    /// Reason why the slope of the ground is unknown, if it is.
     pub(super) note_on_slope: Option<String>,
-    /// That nothing shows an error in the mounting of the IMU, if so.
+    /// Note that nothing tests the mounting of the IMU, if nothing does.
     pub(super) untested_mounting: Option<Note>,
-    /// Since when the ground has given way under the standing machine, if it has.
+    /// Note on the ground that gave way under the standing machine, with the time, if it did.
     pub(super) note_on_ground: Option<String>,
     pub(super) health: Vec<SensorHealth>,
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use anyhow::Result;
 use tipwatch_binding::Commissioning;
-use tipwatch_mechanics::machine::Proofs;
+use tipwatch_mechanics::machine::Commissioned;
 use tipwatch_mechanics::state::Reason;
 
 use super::super::estimate::first_posture;
@@ -29,7 +29,7 @@ pub(in crate::analysis) struct EvaluatedLog {
     pub(super) samples: SampleFindings,
     /// Rotations of the platform about an edge.
     pub(super) rotations: Vec<FoundRotation>,
-    /// How the platform turns about each edge at the end of the log, if a fall may have begun.
+    /// Rotation of the platform about each edge at the end of the log, if a fall may have begun.
     pub(super) turning: Vec<Turning>,
     /// The models to compare with.
     pub(super) others: OtherModels,
@@ -38,10 +38,7 @@ pub(in crate::analysis) struct EvaluatedLog {
 }
 
 impl EvaluatedLog {
-    /// Makes the table. Its rows are computed when they are asked for.
-    ///
-    /// # Errors
-    /// The model cannot be made for this machine, or a record of the log or of the commissioning cannot be read.
+    /// Makes the table. Its rows are computed on request.
     pub(in crate::analysis) fn evaluate(
         task: &Task<'_>,
         read: &ReadLog,
@@ -90,7 +87,7 @@ impl EvaluatedLog {
         rows.add_reason(&doubted, Reason::Contradiction);
         let commissioning = commissioning(task.file, loaded)?;
         let commissioned =
-            (commissioning.as_ref()).map_or(Proofs::NONE, |(_, found)| found.proven(machine));
+            (commissioning.as_ref()).map_or(Commissioned::NONE, |(_, found)| found.proven(machine));
         let needed = machine.needed_proofs(&loaded.matched.sensors);
         let named = prepared.named(machine);
         let mut table = Table::new(named, rows, scope, &model, record)

@@ -17,20 +17,20 @@ use crate::base::state_source::StateSource;
 use crate::base::support_sets::{SupportSet, SupportSets};
 use crate::load::MeasuredLoads;
 
-/// What belongs to the machine of a log. The machine itself is that of [`ReadLog`], and does not change any more.
+/// Data prepared for the machine of a log. The machine itself is that of [`ReadLog`], and does not change any more.
 pub(in crate::analysis) struct PreparedMachine {
     pub(super) measured_loads: Arc<MeasuredLoads>,
     /// Payload masses estimated from cylinder forces.
     pub(super) payloads: Vec<EstimatedPayload>,
-    /// If supports come and go: the sets of them, and the machine that names the results on all.
+    /// Sets of supports with the machine that names the results on all of them, if supports come and go.
     pub(super) on_supports: Option<(Machine, SupportSets)>,
 }
 
 impl PreparedMachine {
-    /// Completes the machine of the log by what the log says of it.
+    /// Completes the machine of the log by the parameters that the log determines.
     ///
     /// # Errors
-    /// The stated reference posture has no static loads, or what is asked for is not computed for supports that come and go.
+    /// The stated reference posture has no static loads, or a requested result is not computed for supports that come and go.
     pub(in crate::analysis) fn prepare(
         task: &Task<'_>,
         read: &mut ReadLog,

@@ -18,7 +18,7 @@ pub(in crate::analysis) struct ReadLog {
     pub(super) forces: Vec<LinkageForce>,
     /// The rows that are static, where the log is sparse.
     pub(super) quasi_static: Option<QuasiStatic>,
-    /// What is computed of each row.
+    /// Quantities computed of each row.
     pub(super) scope: Scope,
     /// The hashes of its files, which are computed beside the analysis.
     pub(super) hashes: LogHashes,

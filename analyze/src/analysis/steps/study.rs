@@ -1,11 +1,11 @@
-//! Last step: what the rows show: events and their causes, advice, sensitivities, key figures, notes.
+//! Last step: results of the rows: events and their causes, advice, sensitivities, key figures, notes.
 
 use anyhow::Result;
 use rayon::prelude::*;
 use tipwatch_mechanics::machine::{Machine, Note, Proofs};
 use tipwatch_mechanics::state::StreamCounts;
 
-use super::super::advice::{advise, ask_all};
+use super::super::advice::{Advice, advise, ask_all};
 use super::super::clock::{self, text::TopicsFinding};
 use super::super::estimate::SignalQuality;
 use super::super::folds::{Gathered, Prepared, RowSink, gather};
@@ -23,6 +23,7 @@ use super::evaluate::EvaluatedLog;
 use super::prepare::PreparedMachine;
 use super::read::ReadLog;
 use crate::analysis::{Analysis, Coverage, Input, Sources};
+use crate::base::table::Table;
 use crate::events::{self, Event, FoundRotation, ShownBy, Stories};
 use crate::load::LoadedLog;
 
@@ -89,59 +90,39 @@ pub(in crate::analysis) fn study<S: RowSink>(
     // what is only possible has no lead time
     input_events.append(&mut gathered.not_excluded);
     let found = std::mem::take(&mut gathered.events);
-    let mut events = all_events(found, input_events, &rotations);
+    let mut events = all_events(machine, found, input_events, &rotations);
     checked.load_comparison.weigh(&mut events);
-    let is_explained = scope.sensitivities && task.is_recorded() && samples.gross_inputs.is_empty();
     // with the reasons that the events added
     let standing = StandingRows::all(machine, &table, min_loads);
-    if is_explained {
-        ask_all(machine, &standing, &table, &mut events);
-    }
-    let explained_falls = match is_explained {
-        true => unstated_load::study(&table, &unstated_load::falls(&table, &events)),
-        false => Vec::new(),
-    };
-    if is_explained {
-        let stories = Stories {
+    let told = Told {
+        table: &table,
+        standing: &standing,
+        stories: Stories {
             machine,
             table: &table,
             scope,
             rotations: &rotations,
-        };
-        unstated_load::set_no_returns(&stories, &explained_falls, &mut events);
-        unstated_load::doubt_contradicted(machine, &explained_falls, &mut events);
-    }
+        },
+    };
+    let is_explained = scope.sensitivities && task.is_recorded() && samples.gross_inputs.is_empty();
+    let explained_falls = match is_explained {
+        true => told.explain(&mut events),
+        false => Vec::new(),
+    };
     let reversed = match task.supposed {
         Some((_, recorded)) => recorded.reversed.clone(),
         None => std::mem::take(&mut samples.quality.reversed),
     };
     if scope.sensitivities {
-        let commissioned =
-            (commissioning.as_ref()).map_or(Proofs::NONE, |(_, found)| found.proven(machine));
+        // a sign is the same at every position
+        let commissioned = (commissioning.as_ref())
+            .map_or(Proofs::NONE, |(_, found)| found.proven(machine).proofs());
         unstated_load::weigh_signs(&standing, &table, &reversed, commissioned, &mut events);
     }
     let mut turning = turning.into_iter();
     let turning =
         turning.find(|turning| !turning.is_known(&events) && events::may_be_fall(turning, &table));
-    let passes = std::mem::take(&mut gathered.sensitivity);
-    let sensitivities: Vec<Option<SensitivityTable>> = (passes.iter().zip(&standing))
-        .map(|(pass, standing)| pass.table(standing))
-        .collect();
-    // what would have kept another machine on its wheels is no advice for the one that fell
-    let is_as_stated = explained_falls.iter().all(ExplainedFall::is_as_stated);
-    let lowest = gathered.lowest.as_ref().filter(|_| is_as_stated);
-    let advice = lowest.and_then(|lowest| {
-        let place = StandingRows::place_of(lowest.row, &table)?;
-        advise(
-            standing.get(place)?,
-            &events,
-            lowest,
-            sensitivities.get(place)?.as_ref()?,
-            &gathered.seen.positions,
-        )
-    });
-    let sensitivity = (sensitivities.into_iter().flatten())
-        .min_by(|one, other| one.worst_share.total_cmp(&other.worst_share));
+    let (sensitivity, advice) = told.prevent(&gathered, &explained_falls, &events);
     drop(standing);
     let clock_findings = clock::text::of_signals(&loaded.signals);
     let mut notes = all_notes(
@@ -202,6 +183,59 @@ pub(in crate::analysis) fn study<S: RowSink>(
     Ok((analysis, sink))
 }
 
+/// The rows of a log whose events are known.
+struct Told<'a> {
+    table: &'a Table,
+    /// Rows on each set of supports.
+    standing: &'a [StandingRows<'a>],
+    stories: Stories<'a>,
+}
+
+impl Told<'_> {
+    /// Explains the falls among the events, and adds to each event its counterfactuals and its doubts.
+    fn explain(&self, events: &mut [Event]) -> Vec<ExplainedFall> {
+        let Self {
+            table,
+            standing,
+            stories,
+        } = self;
+        ask_all(stories.machine, standing, table, events);
+        let falls = unstated_load::study(table, &unstated_load::falls(table, events));
+        unstated_load::set_no_returns(stories, &falls, events);
+        unstated_load::doubt_contradicted(stories.machine, &falls, events);
+        falls
+    }
+
+    /// Derivatives of the loads where they change most, and the changes that would have prevented the worst event.
+    fn prevent(
+        &self,
+        gathered: &Gathered,
+        falls: &[ExplainedFall],
+        events: &[Event],
+    ) -> (Option<SensitivityTable>, Option<Advice>) {
+        let passes = gathered.sensitivity.iter().zip(self.standing);
+        let tables: Vec<Option<SensitivityTable>> = passes
+            .map(|(pass, standing)| pass.table(standing))
+            .collect();
+        // what would have kept another machine on its wheels is no advice for the one that fell
+        let is_as_stated = falls.iter().all(ExplainedFall::is_as_stated);
+        let lowest = gathered.lowest.as_ref().filter(|lowest| {
+            // nor is what follows an onset that the log does not show
+            let at_ns = self.table.times_ns[lowest.row];
+            is_as_stated && !Event::is_in_fall_under_way(events, at_ns)
+        });
+        let advice = lowest.and_then(|lowest| {
+            let place = StandingRows::place_of(lowest.row, self.table)?;
+            let (standing, sensitivities) = (self.standing.get(place)?, tables.get(place)?);
+            let positions = &gathered.seen.positions;
+            advise(standing, events, lowest, sensitivities.as_ref()?, positions)
+        });
+        let worst = (tables.into_iter().flatten())
+            .min_by(|one, other| one.worst_share.total_cmp(&other.worst_share));
+        (worst, advice)
+    }
+}
+
 /// The load below which each wheel is light (N); `None` if it depends on unknown static loads.
 fn min_loads(machine: &Machine) -> Option<Vec<f64>> {
     let (limits, static_load) = (machine.limits(), &machine.reference().static_load);
@@ -217,6 +251,7 @@ fn min_loads(machine: &Machine) -> Option<Vec<f64>> {
 
 /// The events of the rows and those without a lead time, in order. Of a machine on its side, nothing is light.
 fn all_events(
+    machine: &Machine,
     mut found: Vec<Event>,
     others: Vec<Event>,
     rotations: &[FoundRotation],
@@ -228,10 +263,10 @@ fn all_events(
         matches!(event.shown_by, Some(ShownBy::Rotation | ShownBy::Both))
             || !on_side.iter().any(within)
     });
-    events::sorted(found, others)
+    events::sorted(machine, found, others)
 }
 
-/// What a reader must know, what concerns every number first.
+/// Returns the notes for the reader, those that concern every number first.
 fn all_notes(
     task: &Task<'_>,
     loaded: &LoadedLog,
@@ -277,21 +312,21 @@ fn all_notes(
 fn inputs(loaded: &LoadedLog, samples: &SampleFindings) -> Vec<Input> {
     let SignalQuality { counts, noise, .. } = &samples.quality;
     let signals = loaded.signals.par_iter().map(|signal| {
-        let (recording, sensor) = (&signal.recording, signal.sensor);
+        let (reading, sensor) = (&signal.recording.reading, signal.sensor);
         let counts = counts.iter().find(|(of, _)| *of == sensor);
         let noise = noise.iter().filter(|noise| noise.sensor == sensor);
         Input {
             signal: signal.name,
             subject: signal.subject.clone(),
-            clock: format!("{}: {}", recording.clock.source, recording.clock.reason),
+            clock: format!("{}: {}", reading.clock.source, reading.clock.reason),
             counts: counts.map_or(StreamCounts::default(), |(_, counts)| *counts),
             noise: noise.copied().collect(),
             topic: signal.topic.clone(),
             type_name: signal.type_name.clone(),
             why: signal.why.clone(),
-            timing: recording.statistics.timing(),
-            correction: recording.correction,
-            undecodable: recording.undecodable,
+            timing: reading.statistics.timing(),
+            correction: reading.correction,
+            undecodable: reading.undecodable,
         }
     });
     signals.collect()

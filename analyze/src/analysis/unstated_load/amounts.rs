@@ -1,4 +1,4 @@
-//! Amounts that the machine file does not state, and what the evaluation gives with them.
+//! Amounts that the machine file does not state, and the evaluation of rows with them.
 
 use nalgebra::{Vector2, Vector3};
 use tipwatch_mechanics::estimation::plausibility::LeanOnTyres;
@@ -10,7 +10,7 @@ use tipwatch_mechanics::{Axis, Parameter, Scope, State, Workspace, Wrench, evalu
 pub(super) enum Unstated {
     /// A mass on the tool (kg).
     LoadMass,
-    /// Where that mass is, in the axes of the body that carries it (m).
+    /// Position of that mass, in the axes of the body that carries it (m).
     LoadPlace(Axis),
     /// A level force on the tool, outwards across the edge (N).
     OutwardForce,
@@ -35,10 +35,10 @@ pub(super) type Amounts = [(Unstated, f64)];
 #[derive(Debug, Clone)]
 pub(super) struct RowState {
     pub(super) time_ns: i64,
-    /// Since the onset (s).
+    /// Time since the onset (s).
     pub(super) time_s: f64,
     pub(super) state: State<f64>,
-    /// Where a load on the tool is, in the base frame (m).
+    /// Position of a load on the tool, in the base frame (m).
     pub(super) load_place: Vector3<f64>,
     /// Level unit vector outwards across the edge, in base axes.
     pub(super) outward: Vector3<f64>,
@@ -48,7 +48,7 @@ pub(super) struct RowState {
     pub(super) lean_rad: Vector2<f64>,
 }
 
-/// What the evaluation gives for a row.
+/// Evaluation of a row.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Computed {
     /// Overturning moment about the edge (N m).
@@ -61,7 +61,7 @@ pub(super) struct Computed {
     pub(super) least_load: f64,
 }
 
-/// The machine, and what is evaluated of it.
+/// The machine, and the edge, load and lean that are evaluated of it.
 pub(super) struct Scene<'a> {
     pub(super) machine: &'a Machine,
     pub(super) edge: usize,
@@ -123,7 +123,7 @@ impl Scene<'_> {
     }
 }
 
-/// Changes what an amount changes in a state.
+/// Changes a state by an amount of an unstated quantity.
 fn change(state: &mut State<f64>, row: &RowState, unstated: Unstated, amount: f64) {
     match unstated {
         Unstated::Parameter(parameter) => state.change(parameter, amount),

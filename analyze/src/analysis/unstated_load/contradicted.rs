@@ -1,13 +1,13 @@
-//! What the loads of a machine say that its measured rotation contradicts.
+//! Computed loads that a measured rotation contradicts.
 
 use tipwatch_mechanics::machine::Machine;
 
 use super::result::ExplainedFall;
 use crate::events::{Event, EventKind};
 
-/// Doubts what the loads say against a measured rotation that the machine as stated does not explain. A platform that rotates
-/// about an edge stands on its wheels: where the loads lift these meanwhile, or tip the machine about another edge, that is
-/// as probable as the stated machine is right all the same.
+/// Lowers the certainty of events by the loads that contradict a measured rotation which the machine as stated does not explain.
+/// A platform that rotates about an edge stands on the wheels of that edge: where the loads lift these meanwhile, or tip the
+/// machine about another edge, that is only as probable as the stated machine is right all the same.
 pub(crate) fn doubt_contradicted(
     machine: &Machine,
     explained: &[ExplainedFall],

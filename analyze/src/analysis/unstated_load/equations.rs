@@ -6,7 +6,7 @@ use tipwatch_mechanics::{Axis, Parameter};
 use super::amounts::{Computed, RowState, Scene, Unstated};
 use super::rows::FallRows;
 
-/// Correlation time of what the model leaves out and of the estimated accelerations (s).
+/// Correlation times of the errors that the model leaves out and of the estimated accelerations (s).
 const MODEL_S: f64 = 0.3;
 const NOISE_S: f64 = 0.1;
 /// Errors of the model are as large as stated, or so many times larger.
@@ -22,7 +22,7 @@ const UNEXPLAINED_FACTORS: [f64; 4] = [0.1, 0.3, 1.0, 3.0];
 const UNEXPLAINED_SHARE: f64 = 0.2;
 const UNEXPLAINED_LEAN: f64 = 1.0;
 
-/// Which estimate an equation belongs to.
+/// Estimate that an equation belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Part {
     Lean,
@@ -48,16 +48,16 @@ pub(super) struct Equations {
     white: Vec<f64>,
     signals: Vec<f64>,
     model: Vec<f64>,
-    /// Of errors that no explanation has.
+    /// Standard deviation of the errors that no explanation has, by equation.
     unexplained: Vec<f64>,
 }
 
 /// Errors of the model.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ModelError {
-    /// How many times larger than stated.
+    /// Ratio of the errors to the stated ones.
     factor: f64,
-    /// What is left of an error after so many correlation times.
+    /// Correlation of errors that are so many correlation times apart.
     shape: fn(f64) -> f64,
     /// Correlation time (s).
     time_s: f64,
@@ -70,8 +70,8 @@ impl ModelError {
         time_s: MODEL_S,
     };
 
-    /// All that an explanation may have with it, of any shape, as what no explanation has: the estimated accelerations of a
-    /// machine that bounces on its tyres are smooth, and no reason for another explanation.
+    /// Returns all errors that may come with an explanation, of any shape, as those that no explanation has: the estimated
+    /// accelerations of a machine that bounces on its tyres are smooth, and no reason for another explanation.
     pub(super) fn all() -> impl Iterator<Item = Self> {
         let smoothly = |time_s| Self {
             shape: smooth,
@@ -85,12 +85,13 @@ impl ModelError {
     }
 }
 
-/// What is left of an error after so many correlation times, if it changes at any time.
+/// Returns the correlation of errors `times` correlation times apart, for an error that can change abruptly.
 fn rough(times: f64) -> f64 {
     (-times).exp()
 }
 
-/// The same of an error whose rate does (a Matern process of order 3/2).
+/// Returns the correlation of errors `times` correlation times apart, for an error whose rate can change abruptly (a Matern
+/// process of order 3/2).
 fn smooth(times: f64) -> f64 {
     let root = 3.0_f64.sqrt() * times;
     (1.0 + root) * (-root).exp()
@@ -141,7 +142,8 @@ impl Equations {
             .collect()
     }
 
-    /// What the equations miss with these results: zero but for errors if all amounts are right.
+    /// Returns the residuals of the equations for computed rows (rad for leans, N m for moments): zero but for errors if all
+    /// amounts are right.
     pub(super) fn residuals(&self, computed: &[Computed]) -> DVector<f64> {
         let first_lean = self.all.iter().find(|of| of.part == Part::Lean);
         let of = |equation: &Equation| {

@@ -16,19 +16,21 @@ const FORCE_SHARE: f64 = 0.05;
 const LOAD_PLACE_M: f64 = 0.3;
 const ENCODER_RAD: f64 = 0.2;
 const ENCODER_M: f64 = 0.2;
-/// What the machine file states of the machine itself is wrong by so many of its stated standard deviations.
+/// Prior standard deviation of a fitted parameter of the machine, in standard deviations stated for it: the machine file may be
+/// wrong by more than it states.
 const WRONG_SIGMAS: f64 = 3.0;
 /// Stiffness of the tyres where the machine file states none: a share of the usual one.
 const UNKNOWN_STIFFNESS: f64 = 0.5;
 /// An encoder whose position changes by less than this (rad or m) has stopped, if it did for so long (s).
 const STOPPED: f64 = 1e-6;
 const STOPPED_S: f64 = 0.5;
-/// An amount of more than so many prior standard deviations explains nothing, however well it fits: what is wrong is not tried.
+/// Prior standard deviations beyond which a fitted amount explains nothing, however well it fits: the true error is not among the
+/// explanations.
 const MOST_SIGMAS: f64 = 5.0;
 /// Most rounds in which the derivatives are taken anew at the fitted amounts, and most steps of one that are tried, each half as long.
 const ROUNDS: usize = 8;
 const STEPS: usize = 5;
-/// A step may lose so much logarithmic evidence: what else is uncertain with an amount changes with it, too.
+/// Logarithmic evidence that a step may lose: the other uncertain amounts change with it, too.
 const LOST: f64 = 0.1;
 /// Amounts are found if those of the next round are so near to them; those of a round that are farther away than `FAR` are not told. Squared
 /// (standard deviations).
@@ -42,11 +44,11 @@ const STEP: f64 = 0.05;
 pub(super) struct Trial {
     pub(super) kind: &'static str,
     pub(super) subject: Option<String>,
-    /// What it fits.
+    /// Amounts that the explanation fits.
     pub(super) fitted: Vec<Wanted>,
-    /// What is as it says.
+    /// Amounts that the explanation fixes, with their values.
     pub(super) fixed: Vec<(Unstated, f64)>,
-    /// What else is uncertain with it.
+    /// Further amounts that the explanation leaves uncertain, with their standard deviations.
     pub(super) uncertain: Vec<(Unstated, f64)>,
 }
 
@@ -105,7 +107,7 @@ impl Trial {
         self.fitting(name, unit, Unstated::Parameter(of), sigma)
     }
 
-    /// One such parameter along each axis.
+    /// Fits one such parameter along each axis.
     fn fitting_axes(
         self,
         machine: &Machine,
@@ -128,7 +130,7 @@ impl Trial {
         trial
     }
 
-    /// Fits it; `None` if it cannot be.
+    /// Fits the explanation; `None` if it cannot be fitted.
     ///
     /// The equations are linear about the amounts that the round before has found. Where they are not linear in between, a whole step
     /// may end at amounts of less evidence: it is halved then. What counts in the end is the evidence of amounts that the equations
@@ -166,7 +168,7 @@ impl Trial {
         Some(best)
     }
 
-    /// The errors of the model that it may have, and their covariance.
+    /// Returns the errors of the model that the explanation may have, and their covariance.
     fn errors(&self, equations: &Equations) -> Vec<(ModelError, DMatrix<f64>)> {
         match self.kind {
             // how large they are, and how fast they change, is as unknown
@@ -276,8 +278,8 @@ impl Trial {
 }
 
 impl Fitted {
-    /// Whether nothing that is there weighs less than nothing, and nothing is beyond belief. `scene` tells what a load could
-    /// lack.
+    /// Whether the fitted amounts are possible: no mass on the machine is negative, and no amount is beyond belief. `scene` tells
+    /// what a load could lack.
     pub(super) fn is_possible(&self, trial: &Trial, scene: &Scene<'_>) -> bool {
         let links = scene.machine.links();
         let mass_of = |link: usize| links[link].inertia.mass;
@@ -306,7 +308,7 @@ impl Fitted {
     }
 }
 
-/// What is explained.
+/// Inputs that all explanations share: the equations of the fall, and the uncertain parameters.
 pub(super) struct Problem<'a> {
     pub(super) equations: &'a Equations,
     pub(super) nuisances: &'a Nuisances,
@@ -380,7 +382,8 @@ pub(super) fn trials(scene: &Scene<'_>, equations: &Equations, onset_ns: i64) ->
     all
 }
 
-/// Since when (ns) the encoder of a joint has not moved until the end, while another one of the arm has.
+/// Returns the time (ns) since which the encoder of a joint has not moved until the end; `None` if that is not long enough before
+/// the onset.
 fn stopped_since(equations: &Equations, joint: usize, onset_ns: i64) -> Option<i64> {
     let mut rows: Vec<_> = equations.rows.iter().collect();
     rows.sort_by_key(|row| row.time_ns);

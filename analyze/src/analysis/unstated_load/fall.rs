@@ -5,9 +5,9 @@
 pub(crate) struct Fall {
     /// Index of the edge in the support polygon.
     pub(crate) edge: usize,
-    /// When the rotation began (ns).
+    /// Onset of the rotation (ns).
     pub(crate) onset_ns: i64,
-    /// Whether the log contains that. An older rotation had gone an unknown way before its first row.
+    /// Whether the log contains the onset. An older rotation had gone an unknown way before its first row.
     pub(crate) onset_in_log: bool,
     /// Standard deviation of that time (s), if known.
     pub(crate) onset_sigma_s: Option<f64>,

@@ -1,4 +1,4 @@
-//! What explains a rotation about an edge that the stated machine cannot: a load on the tool, weighed by the fall, and
+//! Explanations of a rotation about an edge that the stated machine cannot explain: a load on the tool, weighed by the fall, and
 //! whatever else was tried.
 //!
 //! Off an edge E the wheels cannot pull. While the platform rotates about E they carry nothing, so the true moment about the

@@ -1,4 +1,4 @@
-//! What is uncertain whatever the explanation, as columns of one standard deviation each.
+//! Uncertain parameters of every explanation, as columns of one standard deviation each.
 
 use nalgebra::{DMatrix, DVector};
 use tipwatch_mechanics::Parameter;
@@ -120,8 +120,8 @@ fn uncertain(scene: &Scene<'_>) -> Vec<(Unstated, f64)> {
     all
 }
 
-/// What the wheels off the edge still carry in each equation, for each of [`ONSETS`]: until the true onset the moment that they
-/// take falls to zero.
+/// Returns the moment that the wheels off the edge still carry in each equation (N m), for each of [`ONSETS`]: until the true
+/// onset that moment falls to zero.
 fn carried(equations: &Equations, stated: &DVector<f64>, fall: Fall) -> Vec<DVector<f64>> {
     let rate = rate_before(equations, stated);
     let of = |sigmas: f64| {
@@ -137,7 +137,7 @@ fn carried(equations: &Equations, stated: &DVector<f64>, fall: Fall) -> Vec<DVec
     ONSETS.map(of).into()
 }
 
-/// How fast the residual falls to zero up to the onset (N m/s).
+/// Returns the rate at which the residual falls to zero up to the onset (N m/s); zero or negative.
 fn rate_before(equations: &Equations, stated: &DVector<f64>) -> f64 {
     let at_s = |place: usize| equations.rows[equations.all[place].row].time_s;
     let mut before = equations.of_part(Part::Onset);

@@ -8,19 +8,20 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-/// What a regression gives.
+/// Result of a regression.
 #[derive(Debug, Clone)]
 pub(super) struct Posterior {
     /// Logarithm of the marginal likelihood.
     pub(super) log_evidence: f64,
     /// The amounts, in their units.
     pub(super) mean: DVector<f64>,
-    /// Their covariance.
+    /// Covariance of the amounts.
     pub(super) covariance: DMatrix<f64>,
 }
 
 impl Posterior {
-    /// How far some amounts are from the most probable ones, squared (standard deviations).
+    /// Returns the squared Mahalanobis distance of amounts from the most probable ones; `None` if the covariance is not positive
+    /// definite.
     pub(super) fn apart(&self, amounts: &DVector<f64>) -> Option<f64> {
         if amounts.is_empty() {
             return Some(0.0);

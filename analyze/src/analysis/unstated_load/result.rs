@@ -33,7 +33,7 @@ pub struct ExplainedFall {
 }
 
 impl ExplainedFall {
-    /// Whether the machine as stated explains it, as far as anything does.
+    /// Whether the machine as stated explains the rotation, as far as anything does.
     #[must_use]
     pub fn is_as_stated(&self) -> bool {
         self.told().is_none_or(|told| told.kind == "stated_machine")
@@ -164,7 +164,7 @@ impl ExplainedFall {
 mod tests {
     use super::*;
 
-    /// What a fall is told with whose explanations have these probabilities.
+    /// Returns the kind of the explanation that is reported for a fall whose explanations have these probabilities.
     fn told(explanations: &[(&'static str, f64)]) -> Option<&'static str> {
         ExplainedFall::by(explanations).told().map(|it| it.kind)
     }

@@ -33,9 +33,9 @@ const GAP_NS: i64 = 200_000_000;
 pub(super) struct FallRows {
     pub(super) onset: Vec<RowState>,
     pub(super) fall: Vec<RowState>,
-    /// Before the lift, evenly thinned out.
+    /// Rows before the lift, evenly thinned out.
     pub(super) lean: Vec<RowState>,
-    /// Why there are none of these.
+    /// Reason why there are no rows of the lean.
     pub(super) no_lean: Option<String>,
     /// Whether the log has an attitude; otherwise the lean is the integral of the angular velocity.
     pub(super) has_attitude: bool,
@@ -253,7 +253,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// When a rotation stopped abruptly (s): the tool, a stop or the ground caught the machine.
+/// Returns the time since the onset at which a rotation stopped abruptly (s): the tool, a stop or the ground caught the machine.
 fn caught_s(rotating: &[RowState]) -> Option<f64> {
     let pairs = rotating.windows(RATE_ROWS + 1).filter_map(|rows| {
         let (first, last) = (rows.first()?, rows.last()?);
@@ -274,7 +274,7 @@ fn has_up(state: &State<f64>) -> bool {
     state.base.up.iter().all(|c| c.is_finite())
 }
 
-/// So many rows at most, evenly chosen, the first and the last among them.
+/// Selects `most` rows at most, evenly spread, the first and the last among them.
 fn thinned(mut rows: Vec<RowState>, most: usize) -> Vec<RowState> {
     let count = rows.len();
     if count <= most {

@@ -47,7 +47,7 @@ pub(crate) fn falls(table: &Table, events: &[Event]) -> Vec<Fall> {
         is_its_line.then(|| Fall {
             edge,
             onset_ns: event.start_ns,
-            onset_in_log: (event.measured_rotation.as_ref()).is_none_or(|it| it.onset_in_log),
+            onset_in_log: !event.is_under_way,
             onset_sigma_s: event.start_sigma_s,
             until_ns: event.end_ns.unwrap_or(i64::MAX),
         })
@@ -56,9 +56,9 @@ pub(crate) fn falls(table: &Table, events: &[Event]) -> Vec<Fall> {
     stood_before(&all).into_iter().take(MOST_FALLS).collect()
 }
 
-/// Those that began on all wheels, in the same order, each as long as the machine rotates about no other edge. One that began
-/// while the machine rotated about another edge is the consequence of that, however much farther it went; where which was
-/// first is not known, the larger one counts, which comes first.
+/// Selects the falls that began on all wheels, in the same order, each as long as the machine rotates about no other edge. A fall
+/// that began while the machine rotated about another edge is the consequence of that rotation, however much farther it went;
+/// where the first one is not known, the larger one counts, which comes first.
 fn stood_before(all: &[Fall]) -> Vec<Fall> {
     let leads = |one: &Fall, other: &Fall| {
         let lead_s = other.onset_ns.saturating_sub(one.onset_ns) as f64 * 1e-9;
@@ -276,7 +276,7 @@ mod tests {
         }
     }
 
-    /// The edges and ends (s) of those that are explained, the largest first.
+    /// Returns the edges and ends (s) of the explained falls, the largest first.
     fn explained(all: &[Fall]) -> Vec<(usize, f64)> {
         let found = stood_before(all);
         let of = |fall: &Fall| (fall.edge, fall.until_ns as f64 * 1e-9);

@@ -21,7 +21,7 @@ fn data(name: &str) -> PathBuf {
         .join(name)
 }
 
-/// When both right wheels were off the ground for good (ns).
+/// Returns the time from which both right wheels were off the ground for good (ns).
 fn true_onset_ns(log: &str) -> i64 {
     let table = parquet::read(&data(&format!("{log}.truth.parquet"))).unwrap();
     let times = table.column("t_ns").unwrap().integers().unwrap();

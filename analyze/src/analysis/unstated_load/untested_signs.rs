@@ -1,4 +1,4 @@
-//! What events would be if an encoder had the other sign.
+//! Certainty of events, weighed with the probability that an encoder has the other sign.
 
 use tipwatch_mechanics::estimation::plausibility::Part;
 use tipwatch_mechanics::machine::{Machine, Parameter, Proof, Proofs};
@@ -10,10 +10,10 @@ use super::amounts::reverse;
 use crate::base::table::Table;
 use crate::events::{Event, EventKind, UntestedSign, distances, normal_distribution};
 
-/// What takes less than this from a confidence does not show in it.
+/// Smallest part of a confidence that shows in its digits: smaller reductions are omitted.
 const SHOWS: f64 = 1e-3;
 
-/// Takes from the certainty of each event that rests on computed loads what the signs of encoders leave open. `reversed` holds the
+/// Lowers the certainty of each event that rests on computed loads by the untested signs of encoders. `reversed` holds the
 /// probability of each joint's other sign, by the motion of the log. With it, the row on which the certainty c rests is
 /// evaluated again:
 /// ```text
@@ -128,7 +128,7 @@ fn follow_tippings(table: &Table, events: &mut [Event]) {
     }
 }
 
-/// Whether a wheel is off the ground while the machine rotates about an edge from a time on (ns); or the edge itself.
+/// Whether a subject is the edge, or a wheel off the ground while the machine rotates about the edge from a time on (ns).
 fn is_off(table: &Table, edge: &str, subject: &str, from_ns: i64) -> bool {
     let Some(machine) = table.machine_at(table.at(from_ns)) else {
         return false;
