@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-/// The crate whose results they are.
+/// The crate that computes the results.
 const ROOT: &str = "tipwatch-analyze";
 /// Folders of our crates in the tree.
 const CRATES: [(&str, &str); 12] = [
@@ -27,7 +27,8 @@ const CRATES: [(&str, &str); 12] = [
 /// The versions of the crates of others, in the tree.
 const LOCK: &str = "Cargo.lock";
 
-/// What is hashed: without a lock, as in a package of other people, the versions of other crates are unknown.
+/// Returns the files and folders that are hashed: the sources of all crates and the lock file. Without a lock file, as in a
+/// package made by others, the versions of foreign crates are unknown.
 pub(crate) fn places(tree: &Path) -> Vec<PathBuf> {
     let sources = CRATES
         .iter()

@@ -33,16 +33,16 @@ const HEADER: &str = "====\nMSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\
 const USAGE: &str = "usage: csv_to_mcap -o OUT.mcap TOPIC=FILE.csv ... [--time COLUMN] [--time-unit s|ms|us|ns] \
     [--start UNIX_SECONDS] [--delimiter C] [--skip COLUMN ...]";
 
-/// How tables are read.
+/// Format of the tables.
 #[derive(Debug, Clone)]
 pub(crate) struct TableFormat {
     /// The column of the time; the first where none is named.
     pub(crate) time_column: Option<String>,
-    /// How many nanoseconds one unit of it is.
+    /// Nanoseconds in one unit of time.
     pub(crate) time_unit_ns: f64,
-    /// What time zero of the tables is (s). Not zero: a stamp of zero means that there is none.
+    /// Time of the log at time zero of the tables (s). Not zero: a stamp of zero means that there is none.
     pub(crate) start_s: f64,
-    /// Between the cells; with `;` a comma is a decimal point.
+    /// Separator of the cells; with `;` a comma is a decimal point.
     pub(crate) delimiter: u8,
     /// Columns that are no numbers.
     pub(crate) skipped: Vec<String>,

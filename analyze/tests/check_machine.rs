@@ -93,7 +93,7 @@ fn val_static_loads_match_the_simulation() {
     assert_eq!(readings(&check)[2]["name"], "FL + FR + RL + RR");
 }
 
-/// By hand: 2200 + 4 * 60 + 1062.9 kg.
+/// Expected by hand: 2200 + 4 * 60 + 1062.9 kg.
 #[test]
 fn val_masses_and_geometry_match_the_urdf() {
     let (_folder, machine) = machine("", |urdf| urdf);

@@ -86,9 +86,9 @@ fn clips_are_listed_with_hashes_times_and_events() {
     assert_eq!(code, 0, "{error}");
 }
 
-/// How far the start of an event in a clip may be from that in the whole log (s): the smoother knows less.
+/// Largest difference between the start of an event in a clip and that in the whole log (s): the smoother knows less of a clip.
 const START_S: f64 = 0.02;
-/// How far its worst value may be off, as a share.
+/// Largest difference of the worst value of an event in a clip, as a share.
 const WORST: f64 = 0.01;
 
 #[test]

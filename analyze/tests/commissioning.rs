@@ -1,4 +1,4 @@
-//! `check-machine --log`: the result of a commissioning as a file, its exit codes, and what an analysis makes of it.
+//! `check-machine --log`: the result of a commissioning as a file, its exit codes, and its use in an analysis.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -50,7 +50,7 @@ fn batch_words(job: &Value) -> Vec<String> {
     words
 }
 
-/// Logs, machine files and what the tasks of an engine write, in one folder each.
+/// Logs, machine files and the outputs of an engine's tasks, in one folder each.
 struct Cluster {
     folder: TempDir,
 }

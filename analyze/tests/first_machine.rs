@@ -39,7 +39,7 @@ fn mean_loads(analysis: &Analysis) -> Vec<f64> {
     (0..analysis.machine.wheels().len()).map(mean).collect()
 }
 
-/// Completes what no URDF contains: the eyes of the cylinders and the mounting of the IMU, from `tiny.toml`.
+/// Completes the parameters that no URDF contains: the eyes of the cylinders and the mounting of the IMU, from `tiny.toml`.
 fn completed(text: &str) -> String {
     let mut text = text.to_owned();
     for (rod, anchor, place) in [
@@ -292,6 +292,63 @@ fn without_messages(folder: &Path, topics: &[&str]) -> PathBuf {
     path
 }
 
+/// `tiny.mcap` with copies of topics, of whose messages each comes so many times.
+fn with_copies(folder: &Path, copies: &[(&str, &str, usize)]) -> PathBuf {
+    let path = folder.join("copies.mcap");
+    let bytes = fs::read(data("tiny.mcap")).unwrap();
+    let mut writer = mcap::Writer::new(fs::File::create(&path).unwrap()).unwrap();
+    for message in mcap::MessageStream::new(&bytes).unwrap() {
+        let message = message.unwrap();
+        let channel = &message.channel;
+        let schema = channel.schema.as_ref().unwrap();
+        let schema = writer
+            .add_schema(&schema.name, &schema.encoding, &schema.data)
+            .unwrap();
+        let of_topic = copies.iter().filter(|(of, ..)| *of == channel.topic);
+        let topics = of_topic.flat_map(|&(_, copy, count)| std::iter::repeat_n(copy, count));
+        for topic in std::iter::once(channel.topic.as_str()).chain(topics) {
+            let encoding = &channel.message_encoding;
+            let channel_id = writer
+                .add_channel(schema, topic, encoding, &channel.metadata)
+                .unwrap();
+            let header = mcap::records::MessageHeader {
+                channel_id,
+                sequence: message.sequence,
+                log_time: message.log_time,
+                publish_time: message.publish_time,
+            };
+            writer
+                .write_to_known_channel(&header, &message.data)
+                .unwrap();
+        }
+    }
+    writer.finish().unwrap();
+    path
+}
+
+#[test]
+fn of_several_topics_of_one_kind_one_is_taken_for_a_stated_reason() {
+    let folder = TempDir::new().unwrap();
+    let copies = [
+        ("/imu/data", "/imu_rear/data", 1),
+        ("/joint_states", "/joint_states_command", 2),
+        ("/odom", "/odom/desired", 2),
+    ];
+    let log = with_copies(folder.path(), &copies);
+    let (_, text, _) = written(folder.path(), &log, Some(&data("tiny.urdf")));
+    let text = text.replace("\n# ", " ");
+    for expected in [
+        "One of several topics of this type: it comes first in the log, and none has more messages. Check it; others: /imu_rear/data",
+        "imu = \"/imu/data\"",
+        "Skipped /joint_states_command: another topic also has its joint",
+        "joint_states = [\"/joint_states\"]",
+        "its name is not that of a command. Check it; others: /odom/desired",
+        "odometry = \"/odom\"",
+    ] {
+        assert!(text.contains(expected), "{expected}: {text}");
+    }
+}
+
 #[test]
 fn a_log_without_specific_force_is_never_complete() {
     let folder = TempDir::new().unwrap();
@@ -363,7 +420,7 @@ fn a_xacro_template_is_recognised() {
     written(folder.path(), &data("tiny.mcap"), Some(&path));
 }
 
-/// Wheels without a telling name or shape.
+/// Wheels without a name or shape that identifies them.
 #[test]
 fn wheels_with_meshes_are_found_by_geometry() {
     let folder = TempDir::new().unwrap();
@@ -544,7 +601,7 @@ mod needs_shared {
         assert!((sum(&by_hand) - sum(&guessed)).abs() < 2e-3 * sum(&by_hand));
     }
 
-    /// It has neither a URDF nor joint states: the file names its signals and what is missing.
+    /// A log with neither a URDF nor joint states: the file names its signals and what is missing.
     #[test]
     #[ignore = "needs ../shared"]
     fn a_log_without_a_machine_description_gives_its_signals() {

@@ -7,7 +7,9 @@ use tipwatch_analyze::base::options::Estimator;
 use tipwatch_analyze::load::{LoadedLog, Signal, load, load_within};
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
-use tipwatch_mechanics::estimation::{BlockSmoother, Pass, RowClock, SampleSource, SmoothedBlock};
+use tipwatch_mechanics::estimation::{
+    BlockSmoother, EstimatedStates, Pass, RowClock, SampleSource,
+};
 use tipwatch_mechanics::state::Sensor;
 
 use super::support::data;
@@ -41,7 +43,7 @@ impl SampleSource for Samples<'_> {
     }
 }
 
-/// The bits of all rows, and what was found out about the signals.
+/// Returns the bits of all rows, and the findings about the signals.
 fn smoothed(loaded: &LoadedLog) -> (Vec<u64>, String) {
     let (machine, sensors) = (&loaded.machine, &loaded.matched.sensors);
     let samples = loaded.signals.iter().map(Samples).collect();
@@ -49,7 +51,7 @@ fn smoothed(loaded: &LoadedLog) -> (Vec<u64>, String) {
     let one_by_one = |passes: Vec<Pass<'_>>| passes.into_iter().for_each(|pass| pass());
     let smoother = BlockSmoother::new(machine, sensors, samples, clock, 500, &one_by_one).unwrap();
     let mut worker = smoother.worker(machine);
-    let mut block = SmoothedBlock::empty(machine);
+    let mut block = EstimatedStates::empty(machine);
     let mut bits = Vec::new();
     let mut reasons = Vec::new();
     for k in 0..smoother.blocks() {

@@ -1,4 +1,4 @@
-//! Machines that stand out in a fleet: found, told with their confidence, and never out of too little.
+//! Machines that stand out in a fleet: found, reported with their confidence, and never out of too little data.
 
 use std::fs;
 use std::path::Path;
@@ -11,7 +11,7 @@ use super::support::{command, data, json, stderr, text, tipwatch};
 
 const DAY_NS: i64 = 86_400_000_000_000;
 
-/// A log as its record tells it.
+/// A log with the figures of its record.
 struct Log {
     machine: usize,
     day: i64,
@@ -58,6 +58,7 @@ impl Fleet {
             let facts = &mut record["result"]["facts"];
             let start = 20_000 * DAY_NS + log.day * DAY_NS;
             facts["start_ns"] = json!(start);
+            facts["start_utc_ns"] = json!(start);
             facts["worst"]["margin"] = json!(log.margin);
             facts["worst"]["sigma"] = json!(0.01);
             facts["exposure"]["exposed_s"] = json!(log.exposed * log.duration_s);
@@ -78,6 +79,34 @@ impl Fleet {
         };
         (found, page(&place))
     }
+}
+
+/// A simulated log, stamped from zero, had no day though its report states that of the recorder; and no page told of logs without
+/// one.
+#[test]
+fn a_log_has_the_day_of_its_report_and_those_without_are_counted() {
+    let fleet = Fleet::new();
+    let place = fleet.folder.path().join("dated");
+    fs::create_dir_all(place.join("state")).unwrap();
+    for (number, recorded) in [json!(20_000 * DAY_NS), Value::Null].iter().enumerate() {
+        let mut record = fleet.pattern.clone();
+        record["path"] = json!(format!("/logs/{number:05}.mcap"));
+        record["log_id"] = json!(format!("{number:064x}"));
+        let facts = &mut record["result"]["facts"];
+        facts["start_ns"] = json!(5_000_000_000_i64);
+        facts["start_utc_ns"] = recorded.clone();
+        let path = place.join(format!("state/{number:05}-x-y.json"));
+        fs::write(path, record.to_string()).unwrap();
+    }
+    let gathered = command(&["screen", "--gather", "--out", text(&place)])
+        .output()
+        .unwrap();
+    assert!(gathered.status.success(), "{}", stderr(&gathered));
+    let sql = "SELECT path FROM logs WHERE day = '2024-10-04'";
+    let asked = tipwatch(&["query", text(&place), sql, "--json"]);
+    let found: Value = serde_json::from_slice(&asked.stdout).unwrap();
+    assert_eq!(found, json!([{ "path": "/logs/00000.mcap" }]));
+    assert!(page(&place).contains("2024-10-04 (1 log without a date)"));
 }
 
 fn page(place: &Path) -> String {

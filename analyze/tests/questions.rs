@@ -1,4 +1,4 @@
-//! `inspect --write-machine` at a terminal: what is asked, in which order, and what the answers become.
+//! `inspect --write-machine` at a terminal: the questions, their order, and the use of the answers.
 
 use std::fs;
 use std::io::{Cursor, ErrorKind};
@@ -25,7 +25,7 @@ fn keys(values: &[OpenValue]) -> Vec<&str> {
     values.iter().map(|value| value.key.as_str()).collect()
 }
 
-/// Asks with these answers by key and Enter for everything else; returns what was printed.
+/// Asks with these answers by key and Enter for everything else; returns the printed text.
 fn answered(draft: &mut Draft, open: &OpenValues, answers: &[(&str, &str)]) -> String {
     let is_flat = answers
         .iter()
@@ -176,7 +176,7 @@ fn enter_keeps_the_guesses_as_guesses() {
     );
 }
 
-/// A crane on its outriggers stands on what the person says, and its wheels carry nothing.
+/// A crane on its outriggers stands on the supports that the person names, and its wheels carry nothing.
 #[test]
 fn what_a_machine_stood_on_is_asked_for() {
     let [folder, other] = [(); 2].map(|()| TempDir::new().unwrap());
@@ -222,7 +222,7 @@ fn what_a_machine_stood_on_is_asked_for() {
     );
 }
 
-/// What was answered before the terminal was closed is not lost.
+/// Answers given before the terminal was closed are kept.
 #[test]
 fn answers_that_end_early_are_kept() {
     let folder = TempDir::new().unwrap();
@@ -234,7 +234,7 @@ fn answers_that_end_early_are_kept() {
     assert_eq!(written(&draft).payload.len(), 1);
 }
 
-/// What changes the structure of the machine is asked before anything is ranked.
+/// Questions that change the structure of the machine are asked before anything is ranked.
 #[test]
 fn bogies_are_asked_for_before_the_order_is_computed() {
     let folder = TempDir::new().unwrap();

@@ -230,7 +230,7 @@ fn a_log_without_a_record_is_a_failure_until_its_record_comes() {
     );
 }
 
-/// A record as another version of the program would have left it.
+/// Leaves a record as another version of the program would have written it.
 fn leave_record(place: &Path, log: &str, version: &str, change: impl Fn(&mut Json)) {
     let (path, mut left) = record(place, log);
     left["tipwatch_version"] = version.into();

@@ -1,4 +1,4 @@
-//! Sizes of the files that an analysis writes, and what the small ones still hold.
+//! Sizes of the files that an analysis writes, and the contents of the small ones.
 
 use std::fs;
 use std::path::Path;
@@ -111,7 +111,7 @@ fn causes_of_all_events_are_in_their_table() {
     assert!(with_causes > 0);
 }
 
-/// What an hour of 100 Hz may take, by row: 90 MB for the samples, 40 MB for the derived log.
+/// Largest size of an hour at 100 Hz, by row: 90 MB for the samples, 40 MB for the derived log.
 #[test]
 fn a_row_of_samples_takes_little() {
     let analysis = analysed(&data("swing_lift.mcap"), &data("swing_lift.toml"));

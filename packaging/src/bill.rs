@@ -46,11 +46,11 @@ pub struct Crate {
     pub version: String,
     /// Licence as the crate states it; `None` if it states none.
     pub licence: Option<String>,
-    /// Where it comes from; `None` for a crate of this repository.
+    /// Source of the crate; `None` for a crate of this repository.
     pub source: Option<String>,
     /// SHA-256 of its archive, from `Cargo.lock`.
     pub sha256: Option<String>,
-    /// Who wrote it, as the crate states it.
+    /// Authors, as the crate states them.
     pub authors: Vec<String>,
     /// The folder of its sources.
     pub folder: PathBuf,
@@ -99,7 +99,7 @@ fn checksums(lock: &str) -> Result<BTreeMap<(String, String), String>> {
         .collect())
 }
 
-/// The shipped part of what `cargo metadata` tells.
+/// Returns the crates in the output of `cargo metadata` that are shipped.
 fn of_metadata(
     metadata: &Value,
     checksums: &BTreeMap<(String, String), String>,

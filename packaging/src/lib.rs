@@ -1,4 +1,4 @@
-//! What packages contain beside the programs.
+//! Contents of packages other than the programs.
 
 pub mod bill;
 pub mod pages;

@@ -67,7 +67,7 @@ pub fn licences(crates: &[Crate]) -> Result<String> {
     Ok(out)
 }
 
-/// The texts of a crate's licences: its own files, else the standard texts of what it states.
+/// Returns the texts of a crate's licences: its own files, else the standard texts of its stated licences.
 fn texts_of(found: &Crate) -> Result<Vec<String>> {
     let mut texts = Vec::new();
     search(&found.folder, 0, &mut texts)

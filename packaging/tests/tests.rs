@@ -90,7 +90,8 @@ mod needs_systemd {
 
     use super::*;
 
-    /// What systemd says of a unit of this text; the program that it starts is not installed here.
+    /// Returns the messages of `systemd-analyze verify` about a unit of this text; the program that the unit starts is not
+    /// installed here.
     fn complaints(file_name: &str, unit: &str) -> String {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(file_name);

@@ -1,4 +1,4 @@
-//! The Python peer: what a careful engineer gets with SciPy and Pinocchio from the same log.
+//! The Python peer: the results that a careful engineer gets with SciPy and Pinocchio from the same log.
 
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
@@ -21,7 +21,7 @@ for log in sys.stdin:
     print(time.perf_counter() - start, flush=True)
 ";
 
-/// Measures in turns with the peer, or says why it cannot take part.
+/// Measures in turns with the peer, or reports why it cannot take part.
 pub(crate) fn measure(shared: &Path, folder: &Path, rounds: usize) {
     let (lab, logs) = (shared.join("lab"), shared.join("logs/sim"));
     let python = std::env::var("TIPWATCH_PYTHON").unwrap_or_else(|_| "python3".into());

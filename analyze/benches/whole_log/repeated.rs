@@ -6,11 +6,12 @@ use std::path::Path;
 
 use mcap::{Compression, MessageStream, WriteOptions};
 
-/// Topics that are told once, at the start.
+/// Topics that are published once, at the start.
 const ONCE: [&str; 2] = ["/robot_description", "/tf_static"];
-/// Between the end of one pass and the start of the next (ns): long enough for the arm to go back, or the log contradicts itself.
+/// Pause between the end of one pass and the start of the next (ns): long enough for the arm to go back, or the log contradicts
+/// itself.
 const PAUSE_NS: u64 = 1_000_000_000;
-/// Of `std_msgs/Header`, which every other type of the log begins with: seconds, then nanoseconds.
+/// Bytes of the stamp in `std_msgs/Header`, with which every other type of the log begins: seconds, then nanoseconds.
 const STAMP: std::ops::Range<usize> = 4..12;
 
 /// Writes a log of at least `seconds` with the messages of `source`, a log with LZ4 chunks.

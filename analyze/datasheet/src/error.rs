@@ -1,4 +1,4 @@
-//! Why a sheet gives no machine.
+//! Errors in a sheet from which no machine can be made.
 
 /// Numbers of a sheet that are missing, impossible, or contradict each other.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -8,7 +8,7 @@ pub enum SheetError {
     Text {
         /// Name of the sheet.
         file: String,
-        /// What is wrong, with line and column.
+        /// Description of the error, with line and column.
         message: String,
     },
     /// A number is wrong.
@@ -18,9 +18,9 @@ pub enum SheetError {
         file: String,
         /// The key.
         place: String,
-        /// What a machine of this kind has.
+        /// Expected value or range, for a machine of this kind.
         expected: String,
-        /// What the sheet says.
+        /// Value in the sheet.
         found: String,
         /// The likely correction; may be empty.
         likely: String,

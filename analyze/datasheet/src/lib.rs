@@ -19,7 +19,7 @@ mod weights;
 pub use body::{Joint, JointKind, Link, Machine, Shape, Solid, Wheel};
 pub use dialogue::{Question, ask, parts, prompt, questions, refusal};
 pub use error::SheetError;
-pub use output::FromLog;
+pub use output::{FromLog, comment, quoted};
 pub use prior::{Assumption, Template};
 pub use quantity::{Angle, Length, Mass, Quantity, Stiffness};
 pub use sheet::{

@@ -5,7 +5,7 @@ use std::marker::PhantomData;
 
 use serde::de::{Deserialize, Deserializer, Error, Visitor};
 
-/// What a number measures.
+/// Physical quantity of a number.
 pub trait Dimension {
     /// Its name, with the unit of a plain number.
     const NAME: &'static str;
@@ -64,7 +64,7 @@ pub type Angle = Quantity<OfAngle>;
 pub type Stiffness = Quantity<OfStiffness>;
 
 impl<D: Dimension> Quantity<D> {
-    /// From a value in SI units.
+    /// Returns the quantity with a value in SI units.
     #[must_use]
     pub fn from_si(si: f64) -> Self {
         Self {
@@ -73,7 +73,7 @@ impl<D: Dimension> Quantity<D> {
         }
     }
 
-    /// From a plain number, or a number and its unit; `None` where the text is neither, or not finite.
+    /// Parses a plain number, or a number with its unit; `None` where the text is neither, or not finite.
     #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
         let text = text.trim();

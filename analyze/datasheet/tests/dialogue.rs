@@ -84,7 +84,7 @@ fn every_question_is_a_key_of_the_sheet() {
     }
 }
 
-/// What the example has at a key such as `axles.0.load`, as someone would type it.
+/// Returns the example's value at a key such as `axles.0.load`, as someone would type it.
 fn typed(example: &toml::Table, key: &str) -> Option<String> {
     let mut parts = key.split('.');
     let mut value = example.get(parts.next()?)?;

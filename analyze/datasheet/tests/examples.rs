@@ -1,4 +1,4 @@
-//! Every template's worked example weighs what its sheet says.
+//! Every template's worked example weighs as much as its sheet states.
 
 use strum::IntoEnumIterator;
 use tipwatch_datasheet::{Machine, Sheet, Template};
@@ -141,7 +141,7 @@ fn three_wheels_weigh_what_the_sheet_says() {
     }
 }
 
-/// What is not on the sheet has a standard deviation and a line, and what is has none.
+/// Values that are not on the sheet have a standard deviation and a line; values on the sheet have none.
 #[test]
 fn every_assumption_is_told_with_its_reason() {
     for template in Template::iter() {

@@ -1,4 +1,4 @@
-//! Random sheets: a machine that weighs what they say, or a refusal.
+//! Random sheets: a machine that weighs as much as they state, or a refusal.
 
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};

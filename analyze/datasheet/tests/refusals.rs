@@ -1,4 +1,4 @@
-//! What contradicts itself is refused, with what was expected, what was found, and the likely correction.
+//! Contradictory sheets are refused, with what was expected, what was found, and the likely correction.
 
 use tipwatch_datasheet::{Sheet, Template};
 

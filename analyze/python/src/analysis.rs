@@ -31,17 +31,20 @@ use crate::table::{Chunks, Table, escaped, no_column, once};
 
 /// The analysis of one log: tables, findings, summary.
 #[pyclass(frozen, module = "tipwatch")]
-pub(crate) struct Analysis {
-    samples: Py<Table>,
-    events: Py<Table>,
-    sensitivity: Option<Py<Table>>,
+pub(crate) struct Analysis(Found<Py<Table>>);
+
+/// Results of an analysis, with tables of the interpreter or without it.
+struct Found<T> {
+    samples: T,
+    events: T,
+    sensitivity: Option<T>,
     summary: String,
     notes: Vec<String>,
     valid_share: Option<f64>,
     files: Vec<PathBuf>,
 }
 
-/// What an analysis is made of again.
+/// Arguments from which pickle rebuilds an analysis.
 type Parts = (
     Py<Table>,
     Py<Table>,
@@ -57,43 +60,43 @@ impl Analysis {
     /// One row per time: loads, margins, indicators, causes, standard deviations (``samples.parquet``).
     #[getter]
     fn samples(&self, py: Python<'_>) -> Py<Table> {
-        self.samples.clone_ref(py)
+        self.0.samples.clone_ref(py)
     }
 
     /// One row per event (``events.parquet``).
     #[getter]
     fn events(&self, py: Python<'_>) -> Py<Table> {
-        self.events.clone_ref(py)
+        self.0.events.clone_ref(py)
     }
 
     /// What the loads depend on most (``sensitivity.parquet``); None for models without derivatives.
     #[getter]
     fn sensitivity(&self, py: Python<'_>) -> Option<Py<Table>> {
-        self.sensitivity.as_ref().map(|table| table.clone_ref(py))
+        self.0.sensitivity.as_ref().map(|table| table.clone_ref(py))
     }
 
     /// The summary as a dictionary (``summary.json``).
     #[getter]
     fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        py.import("json")?.call_method1("loads", (&self.summary,))
+        py.import("json")?.call_method1("loads", (&self.0.summary,))
     }
 
     /// Assumptions, missing signals, anomalies: one sentence each.
     #[getter]
     fn notes(&self) -> Vec<String> {
-        self.notes.clone()
+        self.0.notes.clone()
     }
 
     /// Share of the log's time that could be computed, 0 to 1; None for a log without duration.
     #[getter]
     fn valid_share(&self) -> Option<f64> {
-        self.valid_share
+        self.0.valid_share
     }
 
     /// The files that were written into ``out``.
     #[getter]
     fn files(&self) -> Vec<PathBuf> {
-        self.files.clone()
+        self.0.files.clone()
     }
 
     /// Draws the log with matplotlib: the load of each wheel with its band of two standard deviations, margins of zero
@@ -137,10 +140,10 @@ impl Analysis {
             own.samples(py),
             own.events(py),
             own.sensitivity(py),
-            own.summary.clone(),
-            own.notes.clone(),
-            own.valid_share,
-            own.files.clone(),
+            own.0.summary.clone(),
+            own.0.notes.clone(),
+            own.0.valid_share,
+            own.0.files.clone(),
         );
         reduced(this, parts)
     }
@@ -155,7 +158,7 @@ impl Analysis {
         valid_share: Option<f64>,
         files: Vec<Place>,
     ) -> Self {
-        Self {
+        Self(Found {
             samples,
             events,
             sensitivity,
@@ -163,7 +166,7 @@ impl Analysis {
             notes,
             valid_share,
             files: paths(files),
-        }
+        })
     }
 
     fn __repr__(&self) -> String {
@@ -175,8 +178,8 @@ impl Analysis {
         let first = findings.first().map_or("no finding", String::as_str);
         format!(
             "<tipwatch.Analysis: {first}{more}; {} notes, {} files>",
-            self.notes.len(),
-            self.files.len()
+            self.0.notes.len(),
+            self.0.files.len()
         )
     }
 
@@ -188,9 +191,9 @@ impl Analysis {
             .collect();
         format!(
             "<ul>{items}</ul><p>{} rows, {} notes, {} files</p>",
-            self.samples.get().__len__(),
-            self.notes.len(),
-            self.files.len()
+            self.0.samples.get().__len__(),
+            self.0.notes.len(),
+            self.0.files.len()
         )
     }
 }
@@ -198,7 +201,7 @@ impl Analysis {
 impl Analysis {
     /// The first sentence of each finding.
     fn findings(&self) -> Vec<String> {
-        let summary: serde_json::Value = serde_json::from_str(&self.summary).unwrap_or_default();
+        let summary: serde_json::Value = serde_json::from_str(&self.0.summary).unwrap_or_default();
         let findings = summary["findings"].as_array().into_iter().flatten();
         let texts = findings.filter_map(serde_json::Value::as_str);
         texts.map(ToOwned::to_owned).collect()
@@ -236,7 +239,7 @@ impl RowSink for Collector<'_> {
     }
 }
 
-/// What an analysis is asked for.
+/// Arguments of an analysis.
 struct Request {
     log: PathBuf,
     options: Options,
@@ -246,7 +249,7 @@ struct Request {
     out: Option<PathBuf>,
 }
 
-/// What the columns begin with that a log with measured loads has.
+/// Prefixes of the columns that only a log with measured loads has.
 const MEASURED: [&str; 2] = ["load_measured_", "load_residual_"];
 
 /// Refuses names of columns that no log of the machine has, before one is read. Of a machine whose URDF is in the log nothing is
@@ -272,18 +275,12 @@ fn check_columns(file: &MachineFile, request: &Request) -> Result<()> {
     }
 }
 
-/// What an analysis gives, without the interpreter.
-struct Found {
-    samples: Table,
-    events: Table,
-    sensitivity: Option<Table>,
-    summary: String,
-    notes: Vec<String>,
-    valid_share: Option<f64>,
-    files: Vec<PathBuf>,
-}
-
-fn run(request: &Request, file: &MachineFile, bytes: &AtomicU64, stop: &Stop) -> Result<Found> {
+fn run(
+    request: &Request,
+    file: &MachineFile,
+    bytes: &AtomicU64,
+    stop: &Stop,
+) -> Result<Found<Table>> {
     let target = request
         .out
         .as_deref()
@@ -473,7 +470,7 @@ pub(crate) fn analyze(
     );
     progress.end(matches!(found, Ok(Ok(_))))?;
     let found = found?.map_err(|error| exception(&error))?;
-    Ok(Analysis {
+    Ok(Analysis(Found {
         samples: Py::new(py, found.samples)?,
         events: Py::new(py, found.events)?,
         sensitivity: (found.sensitivity)
@@ -483,5 +480,5 @@ pub(crate) fn analyze(
         notes: found.notes,
         valid_share: found.valid_share,
         files: found.files,
-    })
+    }))
 }

@@ -10,7 +10,7 @@ use tipwatch_analyze::base::number::short;
 
 use crate::call::error::of_polars;
 
-/// The type of NumPy with the same times; `None` for what is none.
+/// Returns the type of NumPy with the same times; `None` for a type without times.
 fn dtype_of_times(kind: &DataType) -> Option<String> {
     let unit = |unit: &TimeUnit| match unit {
         TimeUnit::Milliseconds => "ms",
@@ -25,7 +25,7 @@ fn dtype_of_times(kind: &DataType) -> Option<String> {
     }
 }
 
-/// Times as an array of NumPy; what is missing is what it takes for none.
+/// Returns times as an array of NumPy; missing ones are NaT (not a time).
 fn times_of<'py>(py: Python<'py>, values: &Series, dtype: &str) -> PyResult<Bound<'py, PyAny>> {
     let counts = values.to_physical_repr().cast(&DataType::Int64);
     let counts = counts.map_err(of_polars)?;
@@ -62,7 +62,8 @@ impl Memory {
     }
 }
 
-/// What NumPy makes an array of without a copy: numbers in one piece, none of which is missing. Others it must have copied.
+/// Returns a NumPy array that shares the memory of a column: numbers in one piece, none of which is missing. `None` for other
+/// columns, which must be copied.
 pub(crate) fn view_of<'py>(
     py: Python<'py>,
     values: &Series,
@@ -89,10 +90,11 @@ pub(crate) fn view_of<'py>(
     Ok(Some(Bound::new(py, memory)?.into_any()))
 }
 
-/// The numbers of a column as an array of NumPy: of 64 bits, whole where none is missing; what is missing is NaN.
+/// Returns the numbers of a column as an array of NumPy: of 64 bits, integers where the column has them and none is missing;
+/// missing values are NaN.
 ///
 /// # Errors
-/// It has no numbers.
+/// The column has no numbers.
 pub(crate) fn numbers_of<'py>(py: Python<'py>, values: &Series) -> PyResult<Bound<'py, PyAny>> {
     if let Some(dtype) = dtype_of_times(values.dtype()) {
         return times_of(py, values, &dtype);
@@ -126,7 +128,7 @@ pub(crate) fn numbers_of<'py>(py: Python<'py>, values: &Series) -> PyResult<Boun
     })
 }
 
-/// A value as an object of Python; None for what is missing.
+/// Returns a value as an object of Python; None for a missing one.
 ///
 /// # Errors
 /// An object cannot be made.

@@ -31,7 +31,7 @@ pub(crate) struct Evaluation {
     arrays: BTreeMap<String, (Entry, Py<PyAny>)>,
 }
 
-/// What an array of an evaluation is.
+/// Description of an array of an evaluation.
 #[derive(Debug, Clone)]
 struct Entry {
     name: String,
@@ -214,7 +214,7 @@ fn chunks<'a>(
         .collect()
 }
 
-/// What the chunks of one core use in turn.
+/// Buffers that the chunks of one core use in turn.
 struct Memory {
     batch: BatchWorkspace,
     single: Workspace<f64>,
@@ -286,7 +286,7 @@ fn evaluate_chunk(
     }
 }
 
-/// What [`Machine::evaluate`] is asked for.
+/// Request of [`Machine::evaluate`].
 struct Request {
     scope: Scope,
     gradient: bool,

@@ -24,7 +24,7 @@ pub(crate) struct Identification {
     file: Option<PathBuf>,
 }
 
-/// What an identification is made of again.
+/// Arguments from which pickle rebuilds an identification.
 type Parts = (String, String, Option<bool>, Option<PathBuf>);
 
 #[pymethods]

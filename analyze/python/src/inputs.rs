@@ -10,21 +10,47 @@ use tipwatch_mechanics::{State, StateColumns, machine};
 
 use crate::call::error::Mistake;
 
-/// An array of numbers, or what NumPy makes one of: a tuple, a list, whole numbers.
+/// An array of numbers, or a tuple, a list or whole numbers, of which NumPy makes an array.
 pub(crate) type Numbers<'py> = PyArrayLikeDyn<'py, f64, AllowTypeChange>;
 
-/// The arrays of a call.
-pub(crate) struct Given<'py> {
-    pub(crate) positions: Numbers<'py>,
-    pub(crate) rates: Option<Numbers<'py>>,
-    pub(crate) accelerations: Option<Numbers<'py>>,
-    pub(crate) specific_force: Option<Numbers<'py>>,
-    pub(crate) up: Option<Numbers<'py>>,
-    pub(crate) angular_velocity: Option<Numbers<'py>>,
-    pub(crate) angular_acceleration: Option<Numbers<'py>>,
-    pub(crate) tool_force: Option<Numbers<'py>>,
-    pub(crate) tool_moment: Option<Numbers<'py>>,
+/// The inputs, in their order.
+const NAMES: [&str; 9] = [
+    "positions",
+    "rates",
+    "accelerations",
+    "specific_force",
+    "up",
+    "angular_velocity",
+    "angular_acceleration",
+    "tool_force",
+    "tool_moment",
+];
+
+/// Calls `take` with each number of a state that an input gives: the place of the input in [`NAMES`], that of the number in the
+/// input, and the number.
+fn visit(state: &mut State<f64>, mut take: impl FnMut(usize, usize, &mut f64)) {
+    for (joint, motion) in state.joints.iter_mut().enumerate() {
+        take(0, joint, &mut motion.position);
+        take(1, joint, &mut motion.rate);
+        take(2, joint, &mut motion.acceleration);
+    }
+    let vectors = [
+        &mut state.imu.specific_force,
+        &mut state.base.up,
+        &mut state.imu.angular_velocity,
+        &mut state.imu.angular_acceleration,
+        &mut state.tool_wrench.force,
+        &mut state.tool_wrench.moment,
+    ];
+    for (input, vector) in (3..).zip(vectors) {
+        for (place, number) in vector.iter_mut().enumerate() {
+            take(input, place, number);
+        }
+    }
 }
+
+/// The arrays of a call, in the order of [`NAMES`].
+pub(crate) struct Given<'py>(pub(crate) [Option<Numbers<'py>>; NAMES.len()]);
 
 impl Given<'_> {
     /// The inputs; at rest on level ground where nothing else is given.
@@ -32,43 +58,31 @@ impl Given<'_> {
     /// # Errors
     /// An array has the wrong shape.
     pub(crate) fn inputs(&self, machine: &machine::Machine, frame: &str) -> Result<Inputs<'_>> {
-        let joints = machine.joints().len();
-        // borrowed from self, as the arrays are
-        fn input<'a>(
-            name: &str,
-            array: &'a Option<Numbers<'_>>,
-            width: usize,
-        ) -> Result<Input<'a>> {
-            array.as_ref().map_or_else(
-                || Ok(Input::constant(vec![0.0; width])),
-                |array| Input::new(name, array, width),
-            )
-        }
-        let specific_force = match (&self.specific_force, frame) {
-            (None, "base") => Input::constant(vec![0.0, 0.0, machine.gravity()]),
-            (None, _) => bail!(Mistake(
+        let [_, _, _, specific_force, ..] = &self.0;
+        let is_at_rest = specific_force.is_none();
+        if is_at_rest && frame != "base" {
+            bail!(Mistake(
                 "expected specific_force with frame \"imu\", found none".into()
-            )),
-            (Some(array), _) => Input::new("specific_force", array, 3)?,
-        };
+            ));
+        }
+        let mut all = Vec::with_capacity(NAMES.len());
+        for (name, array) in NAMES.into_iter().zip(&self.0) {
+            let width = match name {
+                "positions" | "rates" | "accelerations" => machine.joints().len(),
+                _ => 3,
+            };
+            all.push(match (name, array) {
+                ("up", Some(up)) => unit_vectors(Input::new(name, up, width)?)?,
+                (_, Some(array)) => Input::new(name, array, width)?,
+                ("specific_force", None) => Input::constant(vec![0.0, 0.0, machine.gravity()]),
+                ("up", None) if is_at_rest => Input::constant(vec![0.0, 0.0, 1.0]),
+                ("up", None) => Input::constant(vec![f64::NAN; width]),
+                (_, None) => Input::constant(vec![0.0; width]),
+            });
+        }
         Ok(Inputs {
-            positions: Input::new("positions", &self.positions, joints)?,
-            rates: input("rates", &self.rates, joints)?,
-            accelerations: input("accelerations", &self.accelerations, joints)?,
-            specific_force,
-            up: match (&self.up, &self.specific_force) {
-                (Some(up), _) => unit_vectors(Input::new("up", up, 3)?)?,
-                (None, None) => Input::constant(vec![0.0, 0.0, 1.0]),
-                (None, Some(_)) => Input::constant(vec![f64::NAN; 3]),
-            },
-            velocity: match &self.specific_force {
-                None => 0.0,
-                Some(_) => f64::NAN,
-            },
-            angular_velocity: input("angular_velocity", &self.angular_velocity, 3)?,
-            angular_acceleration: input("angular_acceleration", &self.angular_acceleration, 3)?,
-            tool_force: input("tool_force", &self.tool_force, 3)?,
-            tool_moment: input("tool_moment", &self.tool_moment, 3)?,
+            all,
+            velocity: if is_at_rest { 0.0 } else { f64::NAN },
         })
     }
 }
@@ -144,18 +158,10 @@ fn unit_vectors(up: Input<'_>) -> Result<Input<'_>> {
 /// The inputs of all rows.
 #[derive(Debug)]
 pub(crate) struct Inputs<'a> {
-    positions: Input<'a>,
-    rates: Input<'a>,
-    accelerations: Input<'a>,
-    specific_force: Input<'a>,
-    /// Attitude; NaN where unknown.
-    up: Input<'a>,
+    /// In the order of [`NAMES`]; NaN where unknown.
+    all: Vec<Input<'a>>,
     /// Velocity of the base and its rate: zero at rest, else unknown.
     velocity: f64,
-    angular_velocity: Input<'a>,
-    angular_acceleration: Input<'a>,
-    tool_force: Input<'a>,
-    tool_moment: Input<'a>,
 }
 
 impl Inputs<'_> {
@@ -164,19 +170,8 @@ impl Inputs<'_> {
     /// # Errors
     /// The inputs differ in it.
     pub(crate) fn rows(&self) -> Result<usize> {
-        let all = [
-            ("positions", &self.positions),
-            ("rates", &self.rates),
-            ("accelerations", &self.accelerations),
-            ("specific_force", &self.specific_force),
-            ("up", &self.up),
-            ("angular_velocity", &self.angular_velocity),
-            ("angular_acceleration", &self.angular_acceleration),
-            ("tool_force", &self.tool_force),
-            ("tool_moment", &self.tool_moment),
-        ];
         let mut first: Option<(&str, usize)> = None;
-        for (name, input) in all {
+        for (name, input) in NAMES.into_iter().zip(&self.all) {
             match (first, input.rows()) {
                 (None, Some(rows)) => first = Some((name, rows)),
                 (Some((other, expected)), Some(rows)) if rows != expected => {
@@ -192,36 +187,11 @@ impl Inputs<'_> {
 
     /// Reads a row into `state`.
     pub(crate) fn state(&self, row: usize, state: &mut State<f64>) {
-        let motions = self.positions.row(row).iter();
-        let motions = motions
-            .zip(self.rates.row(row))
-            .zip(self.accelerations.row(row));
-        for (joint, ((&position, &rate), &acceleration)) in state.joints.iter_mut().zip(motions) {
-            joint.position = position;
-            joint.rate = rate;
-            joint.acceleration = acceleration;
-        }
-        state
-            .imu
-            .specific_force
-            .copy_from_slice(self.specific_force.row(row));
-        state
-            .imu
-            .angular_velocity
-            .copy_from_slice(self.angular_velocity.row(row));
-        let turning = &mut state.imu.angular_acceleration;
-        turning.copy_from_slice(self.angular_acceleration.row(row));
-        state.base.up.copy_from_slice(self.up.row(row));
+        visit(state, |input, place, number| {
+            *number = self.all[input].row(row)[place];
+        });
         state.base.velocity.fill(self.velocity);
         state.base.velocity_rate.fill(self.velocity);
-        state
-            .tool_wrench
-            .force
-            .copy_from_slice(self.tool_force.row(row));
-        state
-            .tool_wrench
-            .moment
-            .copy_from_slice(self.tool_moment.row(row));
     }
 
     /// The inputs that differ from row to row, each with the columns of its numbers.
@@ -232,38 +202,19 @@ impl Inputs<'_> {
         columns.set_values(0, &numbers);
         let mut column = State::zero(machine);
         columns.get(0, &mut column);
-        let (joints, imu, tool) = (&column.joints, &column.imu, &column.tool_wrench);
-        let of_joints = |value: fn(&Motion) -> f64| joints.iter().map(value).collect();
-        let all: [(&Input<'_>, Vec<f64>); 9] = [
-            (&self.positions, of_joints(|joint| joint.position)),
-            (&self.rates, of_joints(|joint| joint.rate)),
-            (&self.accelerations, of_joints(|joint| joint.acceleration)),
-            (&self.specific_force, imu.specific_force.as_slice().into()),
-            (&self.up, column.base.up.as_slice().into()),
-            (
-                &self.angular_velocity,
-                imu.angular_velocity.as_slice().into(),
-            ),
-            (
-                &self.angular_acceleration,
-                imu.angular_acceleration.as_slice().into(),
-            ),
-            (&self.tool_force, tool.force.as_slice().into()),
-            (&self.tool_moment, tool.moment.as_slice().into()),
-        ];
-        let varying = all.into_iter().filter(|(input, _)| !input.is_constant);
+        let mut places: [Vec<usize>; NAMES.len()] = Default::default();
+        visit(&mut column, |input, _, number| {
+            places[input].push(*number as usize);
+        });
+        let all = self.all.iter().zip(places);
+        let varying = all.filter(|(input, _)| !input.is_constant);
         Varying(
             varying
-                .map(|(input, columns)| {
-                    let columns = columns.into_iter().map(|number| number as usize);
-                    (&*input.values, columns.collect())
-                })
+                .map(|(input, columns)| (&*input.values, columns))
                 .collect(),
         )
     }
 }
-
-type Motion = tipwatch_mechanics::Motion<f64>;
 
 /// Inputs that differ from row to row: values row by row, and the columns of a row's numbers.
 #[derive(Debug)]

@@ -17,8 +17,8 @@ use crate::evaluation::{Evaluation, evaluate};
 use crate::inputs::{Given, Numbers};
 use crate::pose::{Posture, positions};
 
-/// What a machine is read from: the machine file, its URDF where that is another, and whether impossible inertias are
-/// accepted.
+/// Files and settings that a machine is read from: the machine file, its URDF where that is another, and whether impossible
+/// inertias are accepted.
 type ReadFrom = (PathBuf, Option<PathBuf>, bool);
 
 /// A machine, from its machine file and URDF.
@@ -41,9 +41,9 @@ type ReadFrom = (PathBuf, Option<PathBuf>, bool);
 pub(crate) struct Machine {
     pub(crate) file: MachineFile,
     pub(crate) machine: machine::Machine,
-    /// Why the static loads are unknown.
+    /// Reason why the static loads are unknown.
     reference_error: Option<String>,
-    /// Whether it differs from its machine file.
+    /// Whether the machine differs from its machine file.
     is_changed: bool,
 }
 
@@ -476,8 +476,8 @@ impl Machine {
         what: Option<Words>,
         frame: &str,
     ) -> PyResult<Evaluation> {
-        let given = Given {
-            positions,
+        let given = Given([
+            Some(positions),
             rates,
             accelerations,
             specific_force,
@@ -486,7 +486,7 @@ impl Machine {
             angular_acceleration,
             tool_force,
             tool_moment,
-        };
+        ]);
         let what = what.map_or_else(Vec::new, |Words(what)| what);
         evaluate(py, &self.machine, &given, &what, frame)
     }

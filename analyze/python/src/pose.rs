@@ -1,4 +1,4 @@
-//! Where the parts of a machine are in a posture.
+//! Positions of the parts of a machine in a posture.
 
 use anyhow::{Result, bail};
 use nalgebra::{Isometry3, Matrix4, Rotation3, Translation3, UnitQuaternion, Vector3};

@@ -1,4 +1,4 @@
-//! What holds for all calls of this process.
+//! Settings that hold for all calls of this process.
 
 use std::path::{PathBuf, absolute};
 use std::sync::{Mutex, PoisonError};

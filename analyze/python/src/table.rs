@@ -95,7 +95,7 @@ impl Chunks {
     /// Takes the next block, which has the columns of those before.
     ///
     /// # Errors
-    /// It has other columns, or lacks one that is kept, or no temporary file can be written.
+    /// The block has other columns, or lacks one that is kept, or no temporary file can be written.
     pub(crate) fn take(&mut self, block: &table::Table) -> anyhow::Result<()> {
         let places = match &self.names {
             Some(names) => {
@@ -267,7 +267,7 @@ fn read(bytes: &[u8]) -> PolarsResult<table::Table> {
     columns.collect()
 }
 
-/// Wrong letters of a name that is still told from others, and how many of these are named.
+/// Most wrong letters of a name that is still recognised, and most suggestions.
 const MOST_WRONG: usize = 2;
 const MOST_NEAR: usize = 3;
 
@@ -334,7 +334,7 @@ impl Table {
         )
     }
 
-    /// The table of so many rows from one on, without a copy.
+    /// Returns `rows` rows from `start` on as a table, without a copy.
     fn part(&self, start: usize, rows: usize) -> Self {
         let start = i64::try_from(start).unwrap_or(i64::MAX);
         self.with_values(|values| values.slice(start, rows))
@@ -530,7 +530,7 @@ impl Table {
 /// (``polars.Series(column)``), several chunks joined to one.
 #[pyclass(frozen, module = "tipwatch")]
 pub(crate) struct Column(
-    /// Of one column.
+    /// A table of one column.
     Table,
 );
 
@@ -671,10 +671,10 @@ impl Column {
     }
 }
 
-/// A library that a method hands over to.
+/// Imports the library to which a method hands over.
 ///
 /// # Errors
-/// It is not installed.
+/// The library is not installed.
 fn library<'py>(py: Python<'py>, name: &str, caller: &str) -> PyResult<Bound<'py, PyModule>> {
     py.import(name).map_err(|cause| {
         if !cause.is_instance_of::<PyImportError>(py) {

@@ -8,7 +8,7 @@ use tipwatch_ingest::MetadataRecord;
 
 use super::file_hash::FileHash;
 
-/// Name of the metadata record that says what a clip was cut from.
+/// Name of the metadata record with the origin of a clip.
 pub(crate) const ORIGIN: &str = "tipwatch_clip_of";
 
 /// Its keys for the first and the last log time of the span (ns).
@@ -46,7 +46,7 @@ pub struct ClipEvent {
     pub start_ns: i64,
 }
 
-/// What a log says that it was cut from; `None` if it is no clip.
+/// Returns the origin of a clip as the log records it; `None` if the log is no clip.
 pub(crate) fn origin(records: &[MetadataRecord]) -> Option<BTreeMap<String, String>> {
     let mut clips = records.iter().filter(|record| record.name == ORIGIN);
     // a clip of a clip has both; the last is its own

@@ -4,7 +4,7 @@ use std::path::{MAIN_SEPARATOR, Path};
 
 use tipwatch_storage::redact;
 
-/// An error with its causes, without what is secret in URLs. A cause that the message above it already ends with is not
+/// Returns an error with its causes, without the secrets in URLs. A cause that the message above it already ends with is not
 /// repeated.
 #[must_use]
 pub fn error_text(error: &anyhow::Error) -> String {

@@ -7,10 +7,11 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 use tipwatch_mechanics::State;
+use tipwatch_mechanics::estimation::EstimatedStates;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::{Reason, Reasons};
 
-use super::state_source::{EstimatedStates, StateSource};
+use super::state_source::StateSource;
 
 /// The rows of a log before their outcomes are computed.
 #[derive(Debug)]
@@ -19,7 +20,7 @@ pub struct EstimatedRows {
     pub times_ns: Vec<i64>,
     /// Reasons why a row is not valid, as far as the signals show.
     pub reasons: Vec<Reasons>,
-    /// What the machine does in each row.
+    /// Activity of the machine in each row.
     pub(crate) activities: Vec<Activity>,
     /// The states of some rows.
     kept: BTreeMap<usize, State<f64>>,
@@ -30,13 +31,13 @@ pub struct EstimatedRows {
     pub(crate) begins_ns: i64,
 }
 
-/// What the machine does in a row.
+/// Activity of the machine in a row.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Activity {
     pub(crate) has_velocity: bool,
     pub(crate) at_standstill: bool,
     pub(crate) travels: bool,
-    /// Whether nothing turns, and the arm moves slowly at most.
+    /// Whether the base does not turn, and the arm moves slowly at most.
     pub(crate) is_quiet: bool,
     /// Activity of the machine, by its angular velocity and the change of its velocity.
     pub(crate) travel: f64,

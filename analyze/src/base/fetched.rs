@@ -43,13 +43,13 @@ impl Fetched {
         })
     }
 
-    /// Where its files are.
+    /// Returns the local folder with the files.
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 }
 
-/// Whether a folder in a bucket has a file of this name; false if that cannot be seen.
+/// Whether a folder in a bucket has a file of this name; false if the folder cannot be listed.
 pub(crate) fn has_file(place: &Path, name: &str) -> bool {
     let has = || -> Result<bool, tipwatch_storage::Error> {
         let (files, _) = Folder::open(&Location::of(place)?)?.children("")?;

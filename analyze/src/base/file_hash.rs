@@ -34,8 +34,8 @@ impl FileHash {
         self.sha256.as_deref().unwrap_or(none)
     }
 
-    /// What tells this content from others: its hash, or else the version by its server. With its name, unless the
-    /// server's tag is of the bytes.
+    /// Returns the identity of this content: its hash, or else the version by its server. Includes the name, unless the server's
+    /// tag is of the bytes.
     pub(crate) fn identity(&self) -> String {
         match (&self.sha256, &self.e_tag) {
             (Some(sha256), _) => sha256.clone(),
@@ -85,8 +85,8 @@ struct BegunHashes {
 type Version = (u64, SystemTime);
 
 impl LogHashes {
-    /// Begins to hash the files of a log on a thread of its own, which uses what time the processors have left. Files of
-    /// which parts are yet to be read wait for [`Self::finish`].
+    /// Begins to hash the files of a log on a thread of its own, in the idle time of the processors. Files of which parts are yet
+    /// to be read wait for [`Self::finish`].
     pub(crate) fn begin(log: &Arc<Log>) -> Self {
         let shared = Arc::clone(log);
         let hash = move || hash_log(&shared);
@@ -115,7 +115,7 @@ impl LogHashes {
     }
 }
 
-/// Of each file of a log; `None` if only parts of one were read, or it cannot be looked at.
+/// Returns the version of each file of a log; `None` if only parts of one were read, or it cannot be looked at.
 fn versions(log: &Log) -> Option<Vec<Version>> {
     let version = |file: Option<&Path>| {
         let found = std::fs::metadata(file?).ok()?;
@@ -162,7 +162,7 @@ pub fn set_program(file: &Path) {
     let _ = PROGRAM.set(hash_file(file).ok());
 }
 
-/// Begins to hash the program's own file, so that it is known when it is asked for.
+/// Begins to hash the program's own file, so that the hash is known when it is needed.
 pub(crate) fn begin_program() {
     // it only saves time
     let _ = std::thread::Builder::new().spawn(program);

@@ -6,11 +6,11 @@ use std::time::Duration;
 
 use rayon::Yield;
 
-/// How long a thread without work waits for a result before it looks for work again.
+/// Time for which a thread without work waits for a result before it looks for work again.
 const UNTIL_OTHER_WORK: Duration = Duration::from_micros(200);
 
-/// Most results that wait besides one in work on each core: that is what bounds the memory. With fewer, cores wait for a
-/// `take` that takes long now and then.
+/// Most results that wait besides one in work on each core: their number bounds the memory. With fewer, cores wait for a `take`
+/// that takes long now and then.
 const MOST_WAITING: usize = 4;
 
 /// Computes something of each of `inputs` on all cores; `take` receives the results in order while the next ones are

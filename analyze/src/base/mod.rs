@@ -1,4 +1,4 @@
-//! What every other folder uses: options, rows and their table, provenance, files, errors, numbers, terminal output.
+//! Foundations of every other folder: options, rows and their table, provenance, files, errors, numbers, terminal output.
 
 pub mod clip;
 pub mod error_text;

@@ -1,6 +1,6 @@
 //! Numbers for documents, and names and numbers as text with as many digits as a reader can use.
 
-use tipwatch_language::{decimals, word};
+use tipwatch_language::{decimals, say, word};
 
 /// The number if it is finite: documents hold no infinity and no NaN.
 pub(crate) fn known(value: f64) -> Option<f64> {
@@ -15,7 +15,7 @@ pub(crate) fn number(value: f64) -> String {
     }
 }
 
-/// The same of a finite number with a point in every language: for text that programs read, too.
+/// Formats a finite number with a point in every language: for text that programs read, too.
 pub(crate) fn in_english(value: f64) -> String {
     match value.abs() {
         size if size >= 100.0 => format!("{value:.0}"),
@@ -94,7 +94,7 @@ fn to_place(value: f64, place: i32) -> String {
     decimals(format!("{:.digits$}", (value / unit).round() * unit + 0.0))
 }
 
-/// With so many digits after the point; a dash where there is no value.
+/// Formats a value with so many digits after the point; a dash where there is no value.
 pub(crate) fn or_dash(value: Option<f64>, digits: usize) -> String {
     value.map_or("–".into(), |value| decimals(format!("{value:.digits$}")))
 }
@@ -116,7 +116,7 @@ pub(crate) fn probability(value: f64) -> String {
     }
 }
 
-/// A number with its unit; "-" stands for none.
+/// Formats a number with its unit; "-" for none.
 pub(crate) fn with_unit(value: f64, unit: &str) -> String {
     match unit {
         "-" => number(value),
@@ -124,11 +124,28 @@ pub(crate) fn with_unit(value: f64, unit: &str) -> String {
     }
 }
 
-/// A number of things: "1 log", "2 logs".
+/// A number of things in English: "1 log", "2 logs".
 #[must_use]
 pub fn count_of(count: usize, one: &str) -> String {
     let plural = if count == 1 { "" } else { "s" };
     format!("{count} {one}{plural}")
+}
+
+/// "a", "a and b", "a, b and c".
+pub(crate) fn enumerated(names: &[String]) -> String {
+    match names {
+        [] => String::new(),
+        [only] => only.clone(),
+        [first @ .., last] => say!("{} and {last}", first.join(", ")),
+    }
+}
+
+/// A number of logs, in the language of the process.
+pub(crate) fn logs(count: usize) -> String {
+    match count {
+        1 => word!("1 log").into(),
+        count => say!("{count} logs"),
+    }
 }
 
 /// A time in the unit that suits it.
@@ -176,7 +193,7 @@ mod tests {
 
     #[test]
     fn one_thing_has_no_plural() {
-        assert_eq!(count_of(1, "log"), "1 log");
-        assert_eq!(count_of(0, "log"), "0 logs");
+        assert_eq!(count_of(1, "log"), logs(1));
+        assert_eq!(count_of(0, "log"), logs(0));
     }
 }

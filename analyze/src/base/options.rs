@@ -132,7 +132,10 @@ pub enum QuasiStaticOption {
 }
 
 /// Estimator of the states.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema, clap::ValueEnum)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema, clap::ValueEnum, strum::IntoStaticStr,
+)]
+#[strum(serialize_all = "kebab-case")]
 #[serde(rename_all = "kebab-case")]
 pub enum Estimator {
     /// Uses past and future samples; the most accurate.
@@ -145,10 +148,7 @@ impl Estimator {
     /// Name on the command line.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Smoother => "smoother",
-            Self::Causal => "causal",
-        }
+        self.into()
     }
 }
 
@@ -181,5 +181,31 @@ impl ModelKind {
     #[must_use]
     pub fn name(self) -> &'static str {
         self.into()
+    }
+}
+
+/// A time.
+pub(crate) fn seconds(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "expected a number".to_string())?;
+    match value.is_finite() {
+        true => Ok(value),
+        false => Err("expected a finite number".into()),
+    }
+}
+
+pub(crate) fn positive(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "expected a number".to_string())?;
+    if value.is_finite() && value > 0.0 {
+        Ok(value)
+    } else {
+        Err("expected a positive number".into())
+    }
+}
+
+pub(crate) fn share(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "expected a number".to_string())?;
+    match (0.0..=1.0).contains(&value) {
+        true => Ok(value),
+        false => Err("expected a share, 0 to 1".into()),
     }
 }

@@ -1,4 +1,4 @@
-//! Where results go: a local folder or file, or one of a bucket.
+//! Destination of results: a local folder or file, or one of a bucket.
 //!
 //! Results for a bucket are written into a temporary folder first and sent when they are complete.
 

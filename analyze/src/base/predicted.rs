@@ -11,7 +11,7 @@ pub struct Predictions {
     pub age_s: Vec<f64>,
 }
 
-/// What one assumed motion leads to, row by row.
+/// Predictions under one assumed motion, row by row.
 #[derive(Debug, Clone, Default)]
 pub struct LawColumns {
     numbers: [Vec<f64>; PredictedNumber::ALL.len()],
@@ -19,9 +19,9 @@ pub struct LawColumns {
     pub otf_least: Vec<Vec<f64>>,
     /// Index of the wheel that lifts first or comes closest to it.
     pub wheels: Vec<Option<usize>>,
-    /// What takes most load off it.
+    /// Contribution that takes most load off that wheel.
     pub causes: Vec<Option<Contribution>>,
-    /// Why nothing is predicted.
+    /// Reason why nothing is predicted.
     pub gaps: Vec<Option<PredictionGap>>,
 }
 

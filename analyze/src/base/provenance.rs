@@ -21,6 +21,9 @@ pub struct Provenance {
     pub program: Option<FileHash>,
     /// The command line; empty if the analysis was not started by one.
     pub command_line: Vec<String>,
+    /// Language of the findings and of all other sentences (ISO 639); absent if it is English.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub language: Option<String>,
     /// The case, as given with `--case`.
     pub case: Option<String>,
     /// The examiner, as given with `--examiner`.

@@ -1,4 +1,4 @@
-//! What a recovered log was recovered from: written into the new log, and read back from it.
+//! Origin of a recovered log: written into the new log, and read back from it.
 
 use std::collections::BTreeMap;
 

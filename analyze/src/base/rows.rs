@@ -127,7 +127,7 @@ pub struct Verdicts {
     /// Time (s) until the first wheel lifts off if its load keeps falling at the current rate; NaN if
     /// more than five seconds, or unknown.
     pub time_to_lift_off_s: Vec<f64>,
-    /// What is ahead; `None` where nothing was predicted, as the estimator knows what follows.
+    /// Predictions; `None` for an estimator that knows what follows, which predicts nothing.
     pub predictions: Option<Predictions>,
     /// Input faults that the monitor recorded in the log for each row; empty for a log without a monitor.
     pub recorded: Vec<Conditions>,

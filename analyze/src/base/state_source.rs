@@ -1,12 +1,12 @@
-//! Where the states of a log's rows come from, and some of them.
+//! Source of the states of a log's rows.
 
 use std::fmt::Debug;
 use std::ops::Range;
 
-use tipwatch_mechanics::state::Reasons;
-use tipwatch_mechanics::{State, StateColumns};
+use tipwatch_mechanics::State;
+use tipwatch_mechanics::estimation::EstimatedStates;
 
-/// Where the states of rows come from.
+/// Source of the states of rows.
 pub(crate) trait StateSource: Debug + Send + Sync {
     /// Rows that are best read at once, from a multiple of their number on.
     fn rows_at_once(&self) -> usize;
@@ -17,24 +17,6 @@ pub(crate) trait StateSource: Debug + Send + Sync {
     /// Reads the state of a row.
     fn state(&self, row: usize, state: &mut State<f64>);
 
-    /// Why states could not be read so far.
+    /// Returns the error for which states could not be read so far, if any.
     fn failure(&self) -> Option<String>;
-}
-
-/// The states of consecutive rows.
-#[derive(Debug)]
-pub(crate) struct EstimatedStates {
-    pub(crate) states: StateColumns,
-    /// Why rows are not valid, as far as the signals show.
-    pub(crate) reasons: Vec<Reasons>,
-}
-
-impl EstimatedStates {
-    /// Some of the rows.
-    pub(crate) fn part(&self, rows: Range<usize>) -> Self {
-        Self {
-            states: self.states.block(rows.clone()),
-            reasons: self.reasons[rows].to_vec(),
-        }
-    }
 }

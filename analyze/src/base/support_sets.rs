@@ -17,7 +17,7 @@ pub(crate) struct SupportSets {
     pub(crate) sets: Vec<SupportSet>,
     /// Rows without gaps, in order, each with the index of its set; `None` where the set is unknown.
     pub(crate) spans: Vec<(Range<usize>, Option<usize>)>,
-    /// Whether the loads of supports were measured: what was supposed of them contradicts nothing.
+    /// Whether the loads of supports were measured: then the loads of a supposition contradict no measurement.
     pub(crate) are_measured: bool,
 }
 
@@ -26,7 +26,7 @@ pub(crate) struct SupportSets {
 pub(crate) struct SupportSet {
     /// The machine.
     pub(crate) machine: Machine,
-    /// For each of its quantities, the column of the table.
+    /// Column of the table for each of its quantities.
     pub(crate) places: Vec<usize>,
 }
 

@@ -44,12 +44,12 @@ pub struct Table {
     /// Times, first and last, in which the platform rotates about an edge (ns).
     rotating: Vec<[i64; 2]>,
     proofs: ProofRecord,
-    /// Whether the loads are those of something supposed, of which the recorded motion of the platform shows nothing.
+    /// Whether the loads are those of a supposition, of which the recorded motion of the platform shows nothing.
     is_supposed: bool,
     widening: Option<Arc<dyn Widening>>,
     /// The sets of supports, if they come and go; the machine of `evaluator` then only names the columns.
     supports: Option<Arc<SupportSets>>,
-    /// If rows are predicted, the rates that are asked of the joints, from the row at each time (ns) on.
+    /// Commanded rates of the joints, from the row at each time (ns) on, if rows are predicted.
     commands: Option<Vec<(i64, Vec<f64>)>>,
     whole: OnceLock<Arc<Rows>>,
 }
@@ -92,7 +92,7 @@ impl Table {
         self
     }
 
-    /// States what the verdicts stand on. Without it nothing is proven.
+    /// States the proofs on which the verdicts rest. Without them nothing is proven.
     pub(crate) fn resting_on(mut self, proofs: ProofRecord) -> Self {
         self.proofs = proofs;
         self
@@ -104,12 +104,12 @@ impl Table {
         self
     }
 
-    /// Whether the loads are those of something supposed.
+    /// Whether the loads are those of a supposition.
     pub(crate) fn is_supposed(&self) -> bool {
         self.is_supposed
     }
 
-    /// Predicts what is ahead of each row: for rows whose states know nothing of what follows.
+    /// Predicts the motion ahead of each row: for rows whose states know nothing of later samples.
     ///
     /// `commands` are the rates that are asked of the joints, from the row at each time (ns) on.
     pub(crate) fn predicting(mut self, commands: Vec<(i64, Vec<f64>)>) -> Self {
@@ -126,7 +126,7 @@ impl Table {
         self
     }
 
-    /// The same rows on the set of supports with this index, without those at other times: their reasons say so.
+    /// Returns the rows on the set of supports with this index, without those at other times: their reasons say so.
     pub(crate) fn on_set(&self, index: usize, machine: &Machine) -> Self {
         let mut reasons = self.reasons.clone();
         let spans = self.supports().map_or(&[][..], |supports| &supports.spans);
@@ -226,10 +226,10 @@ impl Table {
         self.states.state(self.first + row, state);
     }
 
-    /// Checks that all states could be read so far. Rows without are unknown.
+    /// Checks that all states could be read so far. Rows without a state are unknown.
     ///
     /// # Errors
-    /// They could not.
+    /// States could not be read.
     pub(crate) fn check(&self) -> Result<()> {
         let widening = self.widening.as_ref();
         let failure = widening.and_then(|widening| widening.failure());

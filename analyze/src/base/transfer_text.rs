@@ -1,9 +1,9 @@
-//! What reading a log from a bucket has cost, as text.
+//! Cost of reading a log from a bucket, as text.
 
 use tipwatch_ingest::FileTransfer;
 use tipwatch_language::say;
 
-/// One line for each file.
+/// Describes the transfer of each file in a line.
 pub(crate) fn lines(transfers: &[FileTransfer]) -> impl Iterator<Item = String> {
     transfers.iter().map(|transfer| {
         let FileTransfer {

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use tipwatch_mechanics::machine::{Machine, Proofs, SessionProofs};
+use tipwatch_mechanics::geometry::coordinate::Motion;
+use tipwatch_mechanics::machine::{Commissioned, Machine, Proofs, SessionProofs};
 use tipwatch_mechanics::prediction::{PacedPredictor, Prediction};
 use tipwatch_mechanics::verdict::{
     Conditions, Judge, Latch, Level, LiftOff, LiftOffForecast, RowFacts,
@@ -13,7 +14,7 @@ use super::predicted::Predictions;
 use super::rows::{Rows, Verdicts};
 use super::support_sets::SupportSets;
 
-/// What a monitor recorded in the log, and what its session began with.
+/// Record of a monitor in the log, and the state with which its session began.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct MonitorRecord {
     /// Input faults, and whether the alarm was acknowledged, by time of the row.
@@ -26,14 +27,14 @@ pub(crate) struct MonitorRecord {
     pub(crate) doubted_rows: Vec<i64>,
 }
 
-/// What the verdicts of a log stand on.
+/// Proofs on which the verdicts of a log rest.
 #[derive(Debug, Clone)]
 pub(crate) struct ProofRecord {
-    /// What the loads hang on.
+    /// Proofs that the loads need.
     pub(crate) needed: Proofs,
-    /// What a commissioning has proven.
-    pub(crate) commissioned: Proofs,
-    /// What the signals have shown, from the row at this time (ns) on, in order.
+    /// Proofs by a commissioning.
+    pub(crate) commissioned: Commissioned,
+    /// Proofs by the signals of the session, from the row at each time (ns) on, in order.
     pub(crate) shown: Vec<(i64, SessionProofs)>,
 }
 
@@ -41,21 +42,21 @@ impl Default for ProofRecord {
     fn default() -> Self {
         Self {
             needed: Proofs::ALL,
-            commissioned: Proofs::NONE,
+            commissioned: Commissioned::NONE,
             shown: Vec::new(),
         }
     }
 }
 
 impl ProofRecord {
-    /// What is not proven in the row at this time.
-    fn unproven_at(&self, time_ns: i64) -> Proofs {
+    /// Returns the needed proofs that are missing in the row at this time, with the joints there.
+    fn unproven_at(&self, time_ns: i64, joints: &[Motion<f64>]) -> Proofs {
         let later = self
             .shown
             .partition_point(|(from_ns, _)| *from_ns <= time_ns);
         let shown = self.shown[..later].last();
         let shown = shown.map_or(SessionProofs::NONE, |(_, shown)| *shown);
-        shown.unproven(self.needed, self.commissioned)
+        shown.unproven(self.needed, self.commissioned.at(joints))
     }
 }
 
@@ -69,6 +70,7 @@ pub(crate) struct RowJudge<'a> {
     proofs: &'a ProofRecord,
     judge: Judge,
     forecast: LiftOffForecast,
+    state: State<f64>,
     otf: Vec<f64>,
     /// The sets of supports, if they come and go.
     supports: Option<&'a SupportSets>,
@@ -81,7 +83,7 @@ pub(crate) struct RowJudge<'a> {
 #[derive(Debug)]
 struct RowPredictor<'a> {
     machine: &'a Machine,
-    /// The rates that are asked of the joints, from the row at each time (ns) on.
+    /// Commanded rates of the joints, from the row at each time (ns) on.
     commands: &'a [(i64, Vec<f64>)],
     predictor: PacedPredictor,
     state: State<f64>,
@@ -127,6 +129,7 @@ impl<'a> RowJudge<'a> {
             proofs,
             judge,
             forecast: LiftOffForecast::new(machine),
+            state: State::zero(machine),
             otf: vec![f64::NAN; machine.wheels().len()],
             supports,
             set: None,
@@ -134,7 +137,7 @@ impl<'a> RowJudge<'a> {
         }
     }
 
-    /// Predicts, too: for states that know nothing of what follows.
+    /// Adds predictions: for states that know nothing of later samples.
     pub(crate) fn predicting(mut self, commands: &'a [(i64, Vec<f64>)]) -> Self {
         self.ahead = Some(RowPredictor::new(self.machine, commands));
         self
@@ -184,6 +187,7 @@ impl<'a> RowJudge<'a> {
             for (otf, column) in self.otf.iter_mut().zip(&otf_columns) {
                 *otf = column[row];
             }
+            rows.states.get(row, &mut self.state);
             let verdict = self.judge.row(&RowFacts {
                 time_ns,
                 reasons,
@@ -191,7 +195,7 @@ impl<'a> RowJudge<'a> {
                 is_wheel_unloaded: self.otf.iter().any(|otf| *otf <= 0.0),
                 rotates: (self.rotating.iter())
                     .any(|[first, last]| (*first..=*last).contains(&time_ns)),
-                unproven: self.proofs.unproven_at(time_ns),
+                unproven: self.proofs.unproven_at(time_ns, &self.state.joints),
                 conditions,
                 is_acknowledged,
             });

@@ -1,4 +1,4 @@
-//! What a table adds to computed rows because motion between them was not observed.
+//! Widening of computed rows in a table because motion between them was not observed.
 
 use std::fmt::Debug;
 
@@ -11,7 +11,7 @@ pub(crate) trait Widening: Debug + Send + Sync {
     /// Widens them on `machine`, whose quantities they have; `next_ns` is the time of the row that follows them.
     fn widen(&self, machine: &Machine, rows: &mut Rows, next_ns: Option<i64>);
 
-    /// Why samples could not be read so far.
+    /// Returns the error for which samples could not be read so far, if any.
     fn failure(&self) -> Option<String> {
         None
     }

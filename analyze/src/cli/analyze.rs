@@ -10,12 +10,12 @@ use tipwatch_mechanics::machine::NoteKind;
 
 use super::exit::{Ending, Exit, Terminal, Usage};
 use super::machine_file::MachineFileArgs;
-use super::options::{AnalysisArgs, CaseArgs, LanguageArgs, PolicyArgs, seconds};
+use super::options::{AnalysisArgs, CaseArgs, LanguageArgs, PolicyArgs};
 use crate::analysis::Analysis;
 use crate::analysis::run;
 use crate::base::error_text::{error_text, without_path};
 use crate::base::file_hash::{self, FileHash};
-use crate::base::options::{ColumnGroup, MOST_DRAWS, MoreColumns, Options};
+use crate::base::options::{ColumnGroup, MOST_DRAWS, MoreColumns, Options, seconds};
 use crate::base::output_place::OutputPlace;
 use crate::base::progress::Progress;
 use crate::base::transfer_text;
@@ -113,7 +113,7 @@ fn not_negative(text: &str) -> Result<f64, String> {
     }
 }
 
-/// What a repeated analysis takes from its record.
+/// Values that a repeated analysis takes from its record.
 #[derive(Debug, Clone)]
 struct Repeated {
     origin: Origin,
@@ -193,7 +193,7 @@ pub(super) fn run(args: &AnalyzeArgs, terminal: Terminal) -> Result<Exit> {
     Ok(exit)
 }
 
-/// How a log that could not be analysed ends: the policy fails, too, unless it accepts such logs.
+/// Ends the analysis of a log that could not be analysed: the policy fails, too, unless it accepts such logs.
 fn failed(
     error: &anyhow::Error,
     log: &Path,
@@ -307,7 +307,7 @@ fn analyze_one(
     })
 }
 
-/// What is found first, as lines: all of it if the user asked for much.
+/// Returns the first findings as lines, or all of them if the user asked for more output.
 fn findings(analysis: &Analysis, terminal: Terminal) -> Vec<String> {
     let shown = match terminal.verbose {
         true => usize::MAX,
@@ -329,6 +329,10 @@ fn findings(analysis: &Analysis, terminal: Terminal) -> Vec<String> {
     let faults = analysis.notes.iter().filter(|note| is_shown(note.kind));
     let shown = found.iter().take(shown);
     let mut lines: Vec<String> = shown.map(|finding| format!("- {finding}")).collect();
+    // beside the gravest finding
+    if let Some(doubted) = report::doubted(analysis) {
+        lines.insert(lines.len().min(1), format!("- {doubted}"));
+    }
     lines.extend(faults.map(|fault| format!("- {fault}")));
     lines.push(told(report::BANDS).into());
     lines.extend((analysis.clips.as_ref()).map(|clips| say!("clips: {}", clips.len())));

@@ -9,9 +9,7 @@ use super::exit::{Exit, Terminal, Usage};
 use super::machine_file::{InertiaArgs, MachineArg};
 use crate::base::output_place::OutputPlace;
 use crate::base::stdout::to_stdout;
-use crate::setup::chart::{
-    ReachFrom, Request, Sweep, chart, compare, csv, picture, sheet_points, text,
-};
+use crate::setup::chart::{Request, chart, compare, csv, picture, sheet_points, text};
 
 #[derive(Debug, Args)]
 pub(super) struct ChartArgs {
@@ -22,29 +20,8 @@ pub(super) struct ChartArgs {
     /// The URDF, for a machine file that names none.
     #[arg(long)]
     urdf: Option<PathBuf>,
-    /// Positions of a joint: JOINT=FROM:TO:NUMBER in rad or m, or in degrees, such as lift=-20deg:65deg:9; repeat it for
-    /// other joints. Without it, every joint of the arm goes from limit to limit. A joint that is not swept stays as in the
-    /// reference posture.
-    #[arg(long = "sweep", value_name = "JOINT=FROM:TO:NUMBER")]
-    sweeps: Vec<Sweep>,
-    /// What the machine stands on: wheels, outriggers, or names of supports. Without it, its outriggers if it has some.
-    #[arg(long, value_name = "SUPPORT", value_delimiter = ',')]
-    on: Vec<String>,
-    /// From where reach counts: tyres (the front of the front tyres), base (the origin of the base frame), or a joint's axis.
-    #[arg(long, value_name = "PLACE", default_value = "tyres")]
-    reach_from: ReachFrom,
-    /// The link on which the load hangs; without it, the tool.
-    #[arg(long)]
-    link: Option<String>,
-    /// Loads (kg) whose worst wheel is shown.
-    #[arg(long, value_name = "KG", value_delimiter = ',')]
-    payload: Vec<f64>,
-    /// Limit of a wheel as a share of its static load; without it, min_load or min_load_share of the machine file.
-    #[arg(long, value_name = "SHARE")]
-    limit_share: Option<f64>,
-    /// What the chart states of the tipping load: makers state a share, such as 0.75.
-    #[arg(long, value_name = "SHARE", default_value_t = 1.0)]
-    share: f64,
+    #[command(flatten)]
+    request: Request,
     /// A maker's chart, as CSV: load_kg and reach_m, height_m or names of swept joints. Shows the computed load of each point
     /// beside it.
     #[arg(long, value_name = "FILE.csv")]
@@ -61,18 +38,16 @@ pub(super) struct ChartArgs {
 }
 
 pub(super) fn run(args: &ChartArgs, terminal: Terminal) -> Result<Exit> {
-    let shares = [Some(args.share), args.limit_share, args.tolerance];
+    let request = &args.request;
+    let shares = [Some(request.share), request.limit_share, args.tolerance];
     let is_wrong = |share: f64| !(share.is_finite() && share > 0.0);
     if shares.into_iter().flatten().any(is_wrong) {
         return Err(
             Usage("--share, --limit-share and --tolerance: expected positive numbers").into(),
         );
     }
-    if args
-        .payload
-        .iter()
-        .any(|mass| !(mass.is_finite() && *mass >= 0.0))
-    {
+    let mut payloads_kg = request.payloads_kg.iter();
+    if payloads_kg.any(|mass| !(mass.is_finite() && *mass >= 0.0)) {
         return Err(Usage("--payload: expected masses that are not negative [kg]").into());
     }
     let mut file = args.inertias.read(args.machine.path()?)?;
@@ -80,16 +55,7 @@ pub(super) fn run(args: &ChartArgs, terminal: Terminal) -> Result<Exit> {
         file = file.with_urdf(urdf)?;
     }
     let machine = file.check_alone()?;
-    let request = Request {
-        sweeps: args.sweeps.clone(),
-        on: args.on.clone(),
-        reach_from: args.reach_from.clone(),
-        link: args.link.clone(),
-        payloads_kg: args.payload.clone(),
-        limit_share: args.limit_share,
-        share: args.share,
-    };
-    let made = chart(&machine, &request)?;
+    let made = chart(&machine, request)?;
     let compared = match &args.compare {
         Some(path) => {
             let sheet = tipwatch_binding::read_text(path)
@@ -111,13 +77,13 @@ pub(super) fn run(args: &ChartArgs, terminal: Terminal) -> Result<Exit> {
     let off = |share: f64| args.tolerance.is_some_and(|most| share.abs() > most);
     let mut differences = compared
         .iter()
-        .map(|point| point.difference_share(args.share));
+        .map(|point| point.difference_share(request.share));
     Ok(Exit {
         // a point that cannot be computed is not within anything
         undecided: args.compare.is_some()
             && compared
                 .iter()
-                .all(|point| point.difference_share(args.share).is_none()),
+                .all(|point| point.difference_share(request.share).is_none()),
         broken: args.tolerance.is_some() && differences.any(|share| share.is_none_or(off)),
         ..Exit::DONE
     })

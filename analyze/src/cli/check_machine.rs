@@ -106,7 +106,7 @@ fn exit_of_weighings(check: &MachineCheck) -> Exit {
     }
 }
 
-/// Contradictions break a rule; what is neither proven nor confirmed is undecided.
+/// Returns the exit: contradictions break a rule; items that are neither proven nor confirmed are undecided.
 fn exit_of(assessment: &Assessment) -> Exit {
     Exit {
         broken: assessment.count(Status::Contradicted) > 0,

@@ -22,24 +22,24 @@ const DIFFERS: u8 = 6;
 /// An analysis cannot be repeated as it was recorded.
 const NOT_VERIFIABLE: u8 = 7;
 
-/// What is wrong at the end of a command. The codes of [`FAILED`], [`BROKEN`] and [`UNDECIDED`] add up, so
-/// that one number tells each of them from the others; [`LOST`] is returned only without them.
+/// Failures at the end of a command. The codes of [`FAILED`], [`BROKEN`] and [`UNDECIDED`] add up, so that one number tells each
+/// of them from the others; [`LOST`] is returned only without them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Exit {
     pub(super) failed: bool,
     pub(super) broken: bool,
     pub(super) undecided: bool,
     pub(super) lost: bool,
-    /// What `verify` found against an analysis; its code stands alone.
+    /// Result of `verify` for an analysis that is not verified; its code stands alone.
     pub(super) unverified: Option<Unverified>,
 }
 
-/// Why an analysis is not verified.
+/// Reason why an analysis is not verified.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Unverified {
     /// An output was altered, or repeating the analysis did not give the same bits.
     Differs,
-    /// It cannot be repeated as it was recorded.
+    /// The analysis cannot be repeated as it was recorded.
     NotRepeatable,
 }
 
@@ -61,7 +61,7 @@ impl Exit {
         ..Self::DONE
     };
 
-    /// What is wrong in either of two results.
+    /// Combines the failures of two results.
     pub(super) fn and(self, other: Self) -> Self {
         Self {
             failed: self.failed || other.failed,
@@ -131,13 +131,13 @@ impl Terminal {
         to_stderr(&format!("error: {}", error_text(error)));
     }
 
-    /// What makes the exit code; printed even when quiet.
+    /// Prints the text that explains the exit code, even when quiet.
     pub(super) fn verdict(self, text: &str) {
         to_stderr(text);
     }
 }
 
-/// How an analysis ends without a policy: decided or not, with losses or not.
+/// End of an analysis without a policy: decided or not, with losses or not.
 #[derive(Debug)]
 pub(super) struct Ending {
     coverage: Coverage,
@@ -160,7 +160,7 @@ impl Ending {
         self.tell_of(word!("of the log"), terminal)
     }
 
-    /// The same, with what the time is of.
+    /// Prints how much of the time is computable, and why nothing is decided; `of` names the time.
     pub(super) fn tell_of(self, of: &str, terminal: Terminal) -> Exit {
         terminal.print(&say!("computable: {} {of}", self.coverage));
         if let Some(reason) = &self.undecided {

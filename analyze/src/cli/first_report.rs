@@ -1,4 +1,4 @@
-//! The first report of a log: its analysis in a folder, and a few lines that say what happened and how to go on.
+//! The first report of a log: its analysis in a folder, and a few lines with the main event and the next steps.
 
 use std::path::Path;
 
@@ -16,8 +16,8 @@ use crate::output::custody::{self, Files};
 use crate::output::{self, OutputOptions};
 use crate::report;
 
-/// Analyses a log with every option at its default, writes the results into `out`, and prints what happened, the gravest
-/// finding, where the report is and the command that comes `next`.
+/// Analyses a log with every option at its default, writes the results into `out`, and prints the story, the gravest finding,
+/// where the report is and the command that comes `next`.
 ///
 /// # Errors
 /// The log cannot be analysed, or a file cannot be written.
@@ -48,6 +48,7 @@ pub(super) fn write(
 
 fn print_findings(analysis: &Analysis, out: &Path, next: &str) -> Result<()> {
     let mut lines = report::story(analysis);
+    lines.extend(report::doubted(analysis));
     let findings = report::findings(analysis).into_iter().take(1);
     lines.extend(findings.map(|finding| format!("- {finding}")));
     lines.push(told(report::BANDS).into());

@@ -64,7 +64,7 @@ pub(super) fn run(args: &InspectArgs, terminal: Terminal) -> Result<Exit> {
     }
 }
 
-/// Writes a first machine file. At a terminal it asks for what is open and ends with a first report.
+/// Writes a first machine file. At a terminal it asks for open values and ends with a first report.
 fn write_machine(
     args: &InspectArgs,
     out: &Path,
@@ -100,7 +100,7 @@ fn write_machine(
     open_values::report(&args.log, &file, terminal)
 }
 
-/// Writes the machine file; returns what is still missing, if anything.
+/// Writes the machine file; returns the missing inputs, if any.
 fn write(draft: &Draft, terminal: Terminal) -> Result<Option<String>> {
     let (out, missing) = first_machine::write(draft)?;
     terminal.print(&format!("machine file: {}", out.display()));

@@ -6,7 +6,7 @@ use tipwatch_binding::program_beside;
 
 const NAME: &str = "tipwatch-live";
 
-/// A command of it.
+/// Returns a command of the live program.
 pub(super) fn command(name: &str) -> Command {
     let mut command = Command::new(program_beside(NAME));
     command.arg(name);

@@ -105,7 +105,7 @@ fn new(args: &NewArgs, terminal: Terminal) -> Result<Exit> {
     }
 }
 
-/// Ends as `inspect --write-machine` does: with a first report after questions, else with what is open.
+/// Ends as `inspect --write-machine` does: with a first report after questions, else with the open values.
 fn of_log(made: OfLog, log: &Path, args: &NewArgs, asks: bool, terminal: Terminal) -> Result<Exit> {
     open_values::tell_missing(made.missing.as_deref(), terminal);
     made.asked?;

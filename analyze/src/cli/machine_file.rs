@@ -1,4 +1,4 @@
-//! The machine file of a command, and what it is to forgive.
+//! The machine file of a command, and its impossible inertias.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! What a new machine file leaves open: asked for at a terminal, named elsewhere; and the first report with the answers.
+//! Open values of a new machine file: asked for at a terminal, named elsewhere; and the first report with the answers.
 
 use std::io::{IsTerminal, stderr, stdin};
 use std::path::Path;
@@ -10,7 +10,7 @@ use super::exit::{Exit, Terminal};
 use super::first_report;
 use crate::setup::first_machine::{self, Draft};
 
-/// Whether there is somebody to ask.
+/// Whether a person at the terminal can be asked.
 pub(super) fn is_asked(terminal: Terminal) -> bool {
     stdin().is_terminal() && stderr().is_terminal() && !terminal.quiet
 }
@@ -20,14 +20,14 @@ pub(super) fn ask(draft: &mut Draft) -> Result<()> {
     first_machine::ask(draft, &mut stdin().lock(), &mut stderr()).context("the terminal")
 }
 
-/// What the log lacks for an analysis.
+/// Prints the inputs that the log lacks for an analysis.
 pub(super) fn tell_missing(missing: Option<&str>, terminal: Terminal) {
     if let Some(missing) = missing {
         terminal.print(&format!("the machine file is incomplete: {missing}"));
     }
 }
 
-/// Where nobody can be asked: one line with the keys that a person would be asked for, in the same order.
+/// Prints the keys of the questions in one line, in their order, where nobody can be asked.
 pub(super) fn name(draft: &Draft, terminal: Terminal) {
     let open = first_machine::open_values(draft);
     let keys: Vec<&str> = open.values.iter().map(|value| value.key.as_str()).collect();

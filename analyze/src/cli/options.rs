@@ -9,7 +9,7 @@ use tipwatch_language::Language;
 use crate::analysis::DEFAULT_MIN_VALID;
 use crate::base::options::{
     ApplyClockOffsets, ClosedFormInput, Estimator, HIGHEST_RATE_HZ, LONGEST_STEP_S, ModelKind,
-    Options, QuasiStaticOption,
+    Options, QuasiStaticOption, positive, share,
 };
 use crate::events::EventKind;
 use crate::output::custody::Origin;
@@ -62,7 +62,7 @@ pub(super) struct LanguageArgs {
 }
 
 impl LanguageArgs {
-    /// Chooses it for the whole program.
+    /// Chooses the language for the whole program.
     pub(super) fn choose(self) {
         tipwatch_language::choose(match self.lang {
             ReportLanguage::En => Language::English,
@@ -176,31 +176,5 @@ pub(super) fn period(text: &str) -> Result<f64, String> {
             "expected {} to {LONGEST_STEP_S} s",
             1.0 / HIGHEST_RATE_HZ
         )),
-    }
-}
-
-/// A time.
-pub(super) fn seconds(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| "expected a number".to_string())?;
-    match value.is_finite() {
-        true => Ok(value),
-        false => Err("expected a finite number".into()),
-    }
-}
-
-pub(super) fn positive(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| "expected a number".to_string())?;
-    if value.is_finite() && value > 0.0 {
-        Ok(value)
-    } else {
-        Err("expected a positive number".into())
-    }
-}
-
-pub(super) fn share(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| "expected a number".to_string())?;
-    match (0.0..=1.0).contains(&value) {
-        true => Ok(value),
-        false => Err("expected a share, 0 to 1".into()),
     }
 }

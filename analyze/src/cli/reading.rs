@@ -1,4 +1,4 @@
-//! Options of every command that reads a log: what the log does not state itself.
+//! Options of every command that reads a log, for properties that the log does not state itself.
 
 use std::path::PathBuf;
 

@@ -4,11 +4,12 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
+use tipwatch_language::{say, word};
 
 use super::exit::{Exit, Terminal, Usage};
 use super::machine_file::InertiaArgs;
-use super::options::{AnalysisArgs, PolicyArgs};
-use crate::base::number::count_of;
+use super::options::{AnalysisArgs, LanguageArgs, PolicyArgs};
+use crate::base::number::logs;
 use crate::base::progress::LogCount;
 use crate::screen::{
     DEFAULT_ATTEMPTS, Fleet, Gate, Gathering, MOST_JOBS, Output, Reports, Request, Screen, Shard,
@@ -76,6 +77,8 @@ pub(super) struct ScreenArgs {
     analysis: AnalysisArgs,
     #[command(flatten)]
     policy: PolicyArgs,
+    #[command(flatten)]
+    language: LanguageArgs,
 }
 
 pub(super) fn run(args: &ScreenArgs, terminal: Terminal) -> Result<Exit> {
@@ -84,6 +87,7 @@ pub(super) fn run(args: &ScreenArgs, terminal: Terminal) -> Result<Exit> {
             "--prune: expected the folders or logs of the fleet, found none; without them nobody looks for logs that no longer exist"
         ));
     }
+    args.language.choose();
     tipwatch_allocator::keep_between_tasks();
     let policy = args.policy.policy()?;
     let count = LogCount::new(terminal.quiet);
@@ -131,7 +135,7 @@ pub(super) fn run(args: &ScreenArgs, terminal: Terminal) -> Result<Exit> {
         MOST_UNDECIDED
     };
     for (log, reason) in found.undecided.iter().take(shown) {
-        terminal.print(&format!("not decided: {log}: {reason}"));
+        terminal.print(&say!("not decided: {log}: {reason}"));
     }
     terminal.print(&result_line(&found));
     // whether a log failed is the verdict of the gathered data set, not of the process that wrote its record
@@ -197,29 +201,32 @@ fn processors() -> usize {
 
 fn result_line(found: &Screen) -> String {
     let totals = &found.totals;
-    let mut text = format!(
+    let mut text = say!(
         "{} analysed, {} failed, {} unchanged. Total: {}, {} failed, {} with findings, {} with losses",
         found.analysed_now,
         found.failed_now,
         found.from_before,
-        count_of(totals.logs, "log"),
+        logs(totals.logs),
         totals.failed,
         totals.with_findings,
         totals.with_losses
     );
     if totals.undecided > 0 {
-        text.push_str(&format!(", {} not decided", totals.undecided));
+        text.push_str(&say!(", {} not decided", totals.undecided));
     }
     if totals.breaking_policy > 0 {
-        text.push_str(&format!(
-            ", {} violating the policy",
-            totals.breaking_policy
-        ));
+        text.push_str(&say!(", {} violating the policy", totals.breaking_policy));
     }
     match &found.page {
-        Some(page) => text.push_str(&format!("\npage: {}", page.display())),
+        Some(page) => {
+            text.push('\n');
+            text.push_str(&say!("page: {}", page.display()));
+        }
         None => {
-            text.push_str("\nrecords only; --gather builds data set and page from all of them");
+            text.push('\n');
+            text.push_str(word!(
+                "records only; --gather builds data set and page from all of them"
+            ));
         }
     }
     text

@@ -85,7 +85,7 @@ pub(super) fn run(args: &VerifyArgs, terminal: Terminal, recorded: Recorded) -> 
     })
 }
 
-/// Why this program is not the recorded one.
+/// Describes the difference between this program and the recorded one; `None` if they are the same.
 fn other_program(record: &Custody, other_build: bool) -> Option<String> {
     let version = env!("CARGO_PKG_VERSION");
     if record.tipwatch_version != version {

@@ -9,9 +9,9 @@ use tipwatch_language::{say, word};
 
 use super::exit::{Ending, Exit, Terminal, Usage};
 use super::machine_file::InertiaArgs;
-use super::options::{LanguageArgs, MinValidArgs, period, positive, rate, seconds, share};
+use super::options::{LanguageArgs, MinValidArgs, period, rate};
 use crate::base::files::write_atomically;
-use crate::base::options::{Estimator, Options};
+use crate::base::options::{Estimator, Options, seconds};
 use crate::base::output_place::OutputPlace;
 use crate::base::progress::Progress;
 use crate::compare::{Extent, InputDifference, Side, as_text, compare, render};
@@ -34,21 +34,8 @@ pub(super) struct WhatIfArgs {
     /// Suspension motion; default: look-ahead, unless something else is supposed.
     #[arg(long, value_enum)]
     suspension: Option<SuspensionMode>,
-    /// Suppose that the ground had been level; the platform rocks on it as recorded.
-    #[arg(long)]
-    slope_level: bool,
-    /// Suppose that machine and arm had travelled the same path so many times as fast.
-    #[arg(long, value_name = "TIMES", value_parser = positive)]
-    speed: Option<f64>,
-    /// Suppose so many kilograms more of the payloads, or on the tool where the machine file states none; less where negative.
-    #[arg(long, value_name = "KG", allow_negative_numbers = true, value_parser = seconds)]
-    payload: Option<f64>,
-    /// Suppose that a joint had been off by this constant (rad or m).
-    #[arg(long = "joint", value_name = "NAME=OFFSET", value_parser = joint)]
-    joints: Vec<(String, f64)>,
-    /// Suppose another roll moment distribution.
-    #[arg(long, value_name = "D", value_parser = share)]
-    split: Option<f64>,
+    #[command(flatten)]
+    suppositions: Suppositions,
     /// Control period; default: from the rate in the machine file.
     #[arg(long, value_name = "S", value_parser = period)]
     step: Option<f64>,
@@ -80,20 +67,13 @@ pub(super) fn run(args: &WhatIfArgs, terminal: Terminal) -> Result<Exit> {
         to_s: args.to,
         ..Options::default()
     };
-    let suppositions = Suppositions {
-        level: args.slope_level,
-        speed: args.speed,
-        payload_kg: args.payload,
-        joints: args.joints.clone(),
-        split: args.split,
-    };
-    if !suppositions.is_empty() {
+    if !args.suppositions.is_empty() {
         if args.suspension.is_some() || args.step.is_some() {
             bail!(Usage(
                 "expected either --suspension and --step, or --slope-level, --speed, --payload, --joint and --split, found both"
             ));
         }
-        return supposed(args, &file, options, &suppositions, terminal);
+        return supposed(args, &file, options, terminal);
     }
     let what_if_options = WhatIfOptions {
         suspension: args.suspension.unwrap_or(SuspensionMode::LookAhead),
@@ -120,24 +100,16 @@ fn supposed(
     args: &WhatIfArgs,
     file: &MachineFile,
     options: Options,
-    suppositions: &Suppositions,
     terminal: Terminal,
 ) -> Result<Exit> {
+    let suppositions = &args.suppositions;
     let [recorded, supposed] = suppose(&args.log, file, options, suppositions)?;
     let a = Side::of_analysis(&recorded, word!("as recorded"))?;
     let what = suppositions.in_words(&recorded);
     let b = Side::of_analysis(&supposed, &what)?;
     let mut comparison = compare(&a, &b);
     comparison.suppose(&recorded.rows, &replies(&recorded, &supposed, suppositions));
-    comparison.inputs.insert(
-        0,
-        InputDifference {
-            key: "supposed".into(),
-            a: None,
-            b: Some(what),
-            is_number: false,
-        },
-    );
+    comparison.inputs.insert(0, InputDifference::supposed(what));
     comparison.caveats = caveats(&recorded, &supposed, suppositions);
     let target = OutputPlace::folder(&args.out)?;
     let json = serde_json::to_string_pretty(&comparison)?;
@@ -158,15 +130,4 @@ fn supposed(
     ]
     .map(|(analysis, of)| Ending::of(analysis, min_valid).tell_of(of, terminal));
     Ok(of_a.and(of_b))
-}
-
-/// NAME=OFFSET.
-fn joint(text: &str) -> Result<(String, f64), String> {
-    let expected = || format!("expected NAME=OFFSET, such as lift=-0.3, found {text}");
-    let (name, offset) = text.split_once('=').ok_or_else(expected)?;
-    let offset: f64 = offset.parse().map_err(|_| expected())?;
-    match offset.is_finite() && !name.is_empty() {
-        true => Ok((name.into(), offset)),
-        false => Err(expected()),
-    }
 }

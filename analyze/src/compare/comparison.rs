@@ -11,7 +11,7 @@ use crate::base::table::Table;
 use crate::events::{Event, EventKind, Reply};
 
 /// Version of the document.
-const SCHEMA: u32 = 1;
+const SCHEMA: u32 = 2;
 
 /// The differences between A and B.
 #[derive(Debug, Serialize)]
@@ -22,19 +22,22 @@ pub struct Comparison {
     pub a: SideSummary,
     /// Origin of B.
     pub b: SideSummary,
-    /// Whether both are results of the same log, by content.
+    /// Whether both sides are results of the same log, by content.
     pub same_log: bool,
     /// The inputs that differ, by key.
     pub inputs: Vec<InputDifference>,
+    /// First row of B (s after that of A), where both are of one log or have rows at the same times: then the events of both count
+    /// from the first row of A. Null where those of each count from its own.
+    pub b_begins_s: Option<f64>,
     /// Events; those on one side only come first. Those of different logs without rows at the same times are on one side each.
     pub events: Vec<EventPair>,
     /// Figures of the whole log, largest difference first within each unit.
     pub facts: Vec<FactDifference>,
     /// Differences row by row; null if the rows have different times.
     pub series: Option<SeriesComparison>,
-    /// Why there is no comparison row by row.
+    /// Reason why there is no comparison row by row.
     pub series_note: Option<String>,
-    /// What the comparison cannot show.
+    /// Limits of the comparison.
     pub caveats: Vec<String>,
 }
 
@@ -48,7 +51,7 @@ impl Comparison {
         }
         // the gravest first: a lift is part of a tipping
         let asked = self.events.iter().filter(|pair| pair.supposed.is_some());
-        let gravest = asked.min_by_key(|pair| pair.kind == EventKind::WheelLift.name());
+        let gravest = asked.min_by_key(|pair| pair.kind == EventKind::WheelLift);
         if let Some((what, answer)) = gravest.and_then(|pair| Some((pair.what(), pair.answer()?))) {
             let finding = &self.b.finding;
             self.b.finding =
@@ -60,7 +63,7 @@ impl Comparison {
 /// Compares two sides.
 #[must_use]
 pub fn compare(a: &Side, b: &Side) -> Comparison {
-    let (about_a, about_b) = (a.about(), b.about());
+    let (about_a, mut about_b) = (a.about(), b.about());
     let same_log = about_a.is_of_same_log(&about_b);
     let (series, series_note) = match series::compare(a, b) {
         Ok(series) => (Some(series), None),
@@ -71,10 +74,17 @@ pub fn compare(a: &Side, b: &Side) -> Comparison {
     let caveat = word!("The logs differ; rows are compared as they have the same times.");
     let caveats = (!same_log && has_same_times).then(|| caveat.to_owned());
     let events = facts::events(a, b, same_log, has_same_times);
+    let b_begins_s = (b.first_ns() - a.first_ns()) as f64 * 1e-9;
+    let b_begins_s = (same_log || has_same_times).then_some(b_begins_s);
+    if b_begins_s.is_some_and(|begins_s| begins_s != 0.0) {
+        let finding = &about_b.finding;
+        about_b.finding = say!("{finding} (t from the first row of B)");
+    }
     Comparison {
         schema: SCHEMA,
         same_log,
         inputs: inputs::inputs(a, b),
+        b_begins_s,
         facts: facts::facts(a, b, &events),
         events,
         series,

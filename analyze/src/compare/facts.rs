@@ -1,20 +1,65 @@
 //! Differences of the summaries: events and figures of the whole log.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
 
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use tipwatch_language::{decimals, message, say, told, word};
 
 use super::side::{Side, SideEvent};
-use crate::base::number::{input_in_words, number, readable};
-use crate::events::support_words::edge_word;
-use crate::events::{EventKind, Reply};
+use crate::base::number::{input_in_words, known, number, readable};
+use crate::events::support_words::{edge_word, support_word};
+use crate::events::{Bound, Event, EventKind, EventTimes, Reply};
+
+/// Name of a figure of the whole log. In documents "least OTF, FL".
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Figure {
+    label: &'static str,
+    /// The wheel that it is of.
+    wheel: Option<String>,
+}
+
+impl Figure {
+    fn of_log(label: &'static str) -> Self {
+        Self { label, wheel: None }
+    }
+
+    fn of_wheel(label: &'static str, wheel: &str) -> Self {
+        Self {
+            label,
+            wheel: Some(support_word(wheel)),
+        }
+    }
+
+    /// As a reader reads it.
+    pub(super) fn in_words(&self) -> String {
+        match &self.wheel {
+            Some(wheel) => format!("{}, {wheel}", told(self.label)),
+            None => readable(self.label),
+        }
+    }
+}
+
+impl fmt::Display for Figure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.wheel {
+            Some(wheel) => write!(f, "{}, {wheel}", self.label),
+            None => f.write_str(&self.label.replace('_', " ")),
+        }
+    }
+}
+
+impl Serialize for Figure {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.collect_str(self)
+    }
+}
 
 /// A figure of the whole log on both sides.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FactDifference {
-    /// Its name.
-    pub name: String,
+    /// Which figure.
+    pub name: Figure,
     /// Its unit; "-" for a share, "events" for a count.
     pub unit: &'static str,
     /// Value on side A; null if not computable or not applicable.
@@ -23,29 +68,20 @@ pub struct FactDifference {
     pub b: Option<f64>,
     /// B minus A.
     pub difference: Option<f64>,
-    /// Why the count of events of a side is null although the other side has one, or a figure although it could be computed.
+    /// Reason why the count of events of a side is null although the other side has one, or a figure although it could be
+    /// computed.
     pub why_not: Option<&'static str>,
 }
 
 impl FactDifference {
-    /// Whether the sides differ in it.
+    /// Whether the figure differs between the sides.
     pub(super) fn differs(&self) -> bool {
         self.a != self.b
     }
 
-    /// Whether it is the least OTF of a wheel.
+    /// Whether the figure is the least OTF of a wheel.
     pub(super) fn is_least_otf(&self) -> bool {
-        self.name.starts_with(LEAST_OTF)
-    }
-
-    /// Its name as a reader reads it.
-    pub(super) fn in_words(&self) -> String {
-        // behind the label stands a name of the machine
-        let of = self.name.rsplit_once(", ");
-        match of.filter(|(_, of)| *of != "share") {
-            Some((label, of)) => format!("{}, {of}", told(label)),
-            None => readable(&self.name),
-        }
+        self.name.label == LEAST_OTF
     }
 }
 
@@ -53,39 +89,65 @@ impl FactDifference {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EventPair {
     /// Kind of the event.
-    pub kind: String,
+    pub kind: EventKind,
     /// Wheel, edge or signal.
     pub subject: String,
     /// On side A.
     pub a: Option<EventSide>,
     /// On side B.
     pub b: Option<EventSide>,
-    /// The side without the event has rows in its time, of which fewer than one in ten is valid: it may or may not be there, too.
-    pub is_open_elsewhere: bool,
-    /// The side without the event shows that it is not there.
-    #[serde(skip)]
-    pub(super) is_only: bool,
-    /// Whether a reader is told of it: not of what B has, too, besides its first event in the time of one that is answered.
-    #[serde(skip)]
-    pub(super) is_told: bool,
+    /// Evidence of the side without the event. In documents, whether that is [`Elsewhere::Open`].
+    #[serde(rename = "is_open_elsewhere")]
+    pub elsewhere: Elsewhere,
     /// Whether the event of A would have happened as supposed in B; null where nothing is supposed.
     pub supposed: Option<Reply>,
 }
 
+/// Evidence of a side on an event that the other one has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Elsewhere {
+    /// The side has the event, too.
+    There,
+    /// The side has rows in the time of the event, and no event.
+    Absent,
+    /// The side has rows in the time of the event, of which fewer than one in ten is valid: the event may or may not be there,
+    /// too.
+    Open,
+    /// Nothing: it has no rows in its time, or the logs say nothing of each other.
+    Unknown,
+    /// The side has the event, too, in another pair: readers are not told of it twice.
+    Told,
+}
+
+impl Serialize for Elsewhere {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_bool(*self == Self::Open)
+    }
+}
+
 impl EventPair {
-    /// What happened, and to what.
+    /// Whether readers are told of the event.
+    pub(super) fn is_told(&self) -> bool {
+        self.elsewhere != Elsewhere::Told
+    }
+
+    /// Describes the event: what happened, and to what.
     pub(super) fn what(&self) -> String {
-        let (wheel, subject) = (self.subject.to_uppercase(), edge_word(&self.subject));
-        match self.kind.as_str() {
-            "wheel_light" => say!("{} light", wheel),
-            "wheel_lift" => say!("{} off the ground", wheel),
-            "edge_tipping" => say!("tipping about the {subject} edge"),
-            "tip_over" => say!("tipping over about the {subject} edge"),
-            kind => format!("{}: {}", readable(kind), input_in_words(&self.subject)),
+        let (wheel, subject) = (support_word(&self.subject), edge_word(&self.subject));
+        match self.kind {
+            EventKind::WheelLight => say!("{} light", wheel),
+            EventKind::WheelLift => say!("{} off the ground", wheel),
+            EventKind::EdgeTipping => say!("tipping about the {subject} edge"),
+            EventKind::TipOver => say!("tipping over about the {subject} edge"),
+            EventKind::LiftNotExcluded => say!("lift of {} not excluded", wheel),
+            EventKind::InputGap | EventKind::InputFault => {
+                let kind = readable(self.kind.name());
+                format!("{kind}: {}", input_in_words(&self.subject))
+            }
         }
     }
 
-    /// Whether it would have happened as supposed in B.
+    /// Returns the answer whether the event would have happened as supposed in B.
     pub(super) fn answer(&self) -> Option<String> {
         let reply = self.supposed.as_ref()?;
         Some(reply.in_words().unwrap_or_else(|| {
@@ -98,10 +160,19 @@ impl EventPair {
 /// An event of one side.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EventSide {
-    /// Start (s after the first row).
+    /// Start (s after the first row of A, or, of a log without the times of A, after its own).
     pub start_s: f64,
+    /// Standard deviation of the start (s); null where no onset was found or without uncertainties.
+    pub start_sigma_s: Option<f64>,
+    /// Whether the event began then, or may have begun earlier.
+    pub start_bound: Bound,
     /// Duration (s); null if still active when the log ends.
     pub duration_s: Option<f64>,
+    /// Whether the event ended then, or may have gone on.
+    pub end_bound: Bound,
+    /// Time of the event in words, for a reader.
+    #[serde(skip)]
+    pub(super) told: String,
     /// The worst value.
     pub worst: Option<f64>,
     /// Its unit.
@@ -144,7 +215,7 @@ pub(super) fn facts(a: &Side, b: &Side, pairs: &[EventPair]) -> Vec<FactDifferen
     let mut open = leave_open(&mut on_a, &mut on_b, pairs);
     open.extend(leave_tipped(&mut on_a, a));
     open.extend(leave_tipped(&mut on_b, b));
-    let names: std::collections::BTreeSet<_> = on_a.keys().chain(on_b.keys()).collect();
+    let names: BTreeSet<_> = on_a.keys().chain(on_b.keys()).collect();
     let mut facts: Vec<FactDifference> = names
         .into_iter()
         .map(|key| {
@@ -176,9 +247,12 @@ fn leave_open(
     on_a: &mut Numbers,
     on_b: &mut Numbers,
     pairs: &[EventPair],
-) -> BTreeMap<String, &'static str> {
+) -> BTreeMap<Figure, &'static str> {
     let mut open = BTreeMap::new();
-    for pair in pairs.iter().filter(|pair| pair.is_open_elsewhere) {
+    for pair in pairs
+        .iter()
+        .filter(|pair| pair.elsewhere == Elsewhere::Open)
+    {
         let (side, why) = match pair.a {
             Some(_) => (
                 &mut *on_b,
@@ -189,7 +263,7 @@ fn leave_open(
                 word!("A cannot be computed during an event of B"),
             ),
         };
-        let name = pair.kind.replace('_', " ");
+        let name = Figure::of_log(pair.kind.name());
         side.insert(key("events", name.clone()), None);
         let before = open.insert(name.clone(), why);
         if before.is_some_and(|before| before != why) {
@@ -204,23 +278,22 @@ fn leave_open(
 
 /// Makes the least OTF unknown of a wheel that leaves the ground on this side as the machine tips, while that is above zero, and
 /// says why, by the name of the figure: held to the ground, all wheels share what the tipping machine carries on others.
-fn leave_tipped(on_side: &mut Numbers, side: &Side) -> BTreeMap<String, &'static str> {
+fn leave_tipped(on_side: &mut Numbers, side: &Side) -> BTreeMap<Figure, &'static str> {
     let mut tipped = BTreeMap::new();
-    let facts = || side.events.iter().filter(|event| event.is_fact());
-    let tips = |event: &SideEvent| {
-        let kinds = [EventKind::EdgeTipping, EventKind::TipOver];
-        kinds.iter().any(|kind| kind.name() == event.kind)
-    };
-    let lifts = facts().filter(|event| event.kind == EventKind::WheelLift.name());
-    for lift in lifts.filter(|lift| facts().any(|event| tips(event) && overlap(lift, event))) {
-        let wheel = lift.subject.to_uppercase();
+    let events = || side.events.iter().map(|of| &of.event);
+    let facts = || events().filter(|event| event.is_fact());
+    let tips = |event: &Event| matches!(event.kind, EventKind::EdgeTipping | EventKind::TipOver);
+    let tips_during = |lift: &Event| facts().any(|it| tips(it) && it.overlaps(lift.span_ns()));
+    let lifts = facts().filter(|event| event.kind == EventKind::WheelLift);
+    for lift in lifts.filter(|lift| tips_during(lift)) {
         let is_above = |value: &Option<f64>| value.is_some_and(|least| least > 0.0);
-        let least = format!("{LEAST_OTF}, {wheel}");
+        let least = Figure::of_wheel(LEAST_OTF, &lift.subject);
         let own = on_side.get(&key("N", least.clone()));
         if !own.is_some_and(is_above) {
             continue;
         }
-        for (unit, name) in [("N", least), ("-", format!("{LEAST_MARGIN}, {wheel}"))] {
+        let margin = Figure::of_wheel(LEAST_MARGIN, &lift.subject);
+        for (unit, name) in [("N", least), ("-", margin)] {
             on_side.insert(key(unit, name.clone()), None);
             tipped.insert(
                 name,
@@ -232,28 +305,24 @@ fn leave_tipped(on_side: &mut Numbers, side: &Side) -> BTreeMap<String, &'static
 }
 
 /// The key of a number.
-fn key(unit: &str, name: String) -> (usize, String) {
+fn key(unit: &str, name: Figure) -> (usize, Figure) {
     let place = UNITS.iter().position(|known| *known == unit);
     (place.unwrap_or(0), name)
 }
 
-/// Value by index of the unit and name.
-type Numbers = BTreeMap<(usize, String), Option<f64>>;
+/// Value by index of the unit and figure.
+type Numbers = BTreeMap<(usize, Figure), Option<f64>>;
 
 fn numbers(side: &Side) -> Numbers {
     let summary = &side.summary;
     let mut numbers = Numbers::new();
-    let mut add = |unit: &str, name: String, value: Option<f64>| {
-        numbers.insert(key(unit, name), value);
+    let mut add = |unit: &str, figure: Figure, value: Option<f64>| {
+        numbers.insert(key(unit, figure), value);
     };
     let wheels = summary["wheels"].as_object();
     for (wheel, facts) in wheels.into_iter().flatten() {
         for (key, label) in OF_WHEEL {
-            add(
-                "N",
-                format!("{label}, {}", wheel.to_uppercase()),
-                facts[key].as_f64(),
-            );
+            add("N", Figure::of_wheel(label, wheel), facts[key].as_f64());
         }
         let margin = facts["least_otf_n"]
             .as_f64()
@@ -261,55 +330,44 @@ fn numbers(side: &Side) -> Numbers {
         let margin = margin
             .map(|(otf, load)| otf / load)
             .filter(|m| m.is_finite());
-        add(
-            "-",
-            format!("{LEAST_MARGIN}, {}", wheel.to_uppercase()),
-            margin,
-        );
+        add("-", Figure::of_wheel(LEAST_MARGIN, wheel), margin);
     }
-    let rows = &summary["rows"];
+    let (rows, coverage) = (&summary["rows"], &summary["coverage"]);
     let valid = rows["valid"].as_f64().zip(rows["count"].as_f64());
-    add(
-        "-",
-        message!("valid rows, share").into(),
-        valid.map(|(valid, all)| valid / all),
-    );
-    add("rows", message!("rows").into(), rows["count"].as_f64());
-    add(
-        "s",
-        message!("duration").into(),
-        rows["duration_s"].as_f64(),
-    );
-    let coverage = &summary["coverage"];
-    add(
-        "-",
-        message!("computable time, share").into(),
-        coverage["valid_share"].as_f64(),
-    );
-    add(
-        "s",
-        message!("time covered by the log").into(),
-        coverage["covered_s"].as_f64(),
-    );
-    let is_computable = coverage["computable_rows"].as_u64() > Some(0);
-    add(
-        "kg",
-        message!("mass of the machine").into(),
-        summary["machine"]["largest_mass_kg"].as_f64(),
-    );
+    for (unit, label, value) in [
+        (
+            "-",
+            message!("valid rows, share"),
+            valid.map(|(valid, all)| valid / all),
+        ),
+        ("rows", message!("rows"), rows["count"].as_f64()),
+        ("s", message!("duration"), rows["duration_s"].as_f64()),
+        (
+            "-",
+            message!("computable time, share"),
+            coverage["valid_share"].as_f64(),
+        ),
+        (
+            "s",
+            message!("time covered by the log"),
+            coverage["covered_s"].as_f64(),
+        ),
+        (
+            "kg",
+            message!("mass of the machine"),
+            summary["machine"]["largest_mass_kg"].as_f64(),
+        ),
+    ] {
+        add(unit, Figure::of_log(label), value);
+    }
     // events of the machine are known only where loads are
-    let mut counts: BTreeMap<&str, Option<f64>> = BTreeMap::new();
+    let is_computable = coverage["computable_rows"].as_u64() > Some(0);
     for kind in EventKind::ALL {
-        let is_known = is_computable || !kind.is_stability();
-        counts.insert(kind.name(), is_known.then_some(0.0));
-    }
-    for event in &side.events {
-        let count = counts.entry(event.kind.as_str());
-        let count = count.or_default();
-        *count = Some(count.unwrap_or(0.0) + 1.0);
-    }
-    for (kind, count) in counts {
-        add("events", kind.replace('_', " "), count);
+        let is_of_kind = |of: &&SideEvent| of.event.kind == kind;
+        let count = || side.events.iter().filter(is_of_kind).count();
+        let is_known = is_computable || !kind.is_stability() || count() > 0;
+        let value = is_known.then(|| count() as f64);
+        add("events", Figure::of_log(kind.name()), value);
     }
     numbers
 }
@@ -317,24 +375,32 @@ fn numbers(side: &Side) -> Numbers {
 /// Pairs of events with the same kind and subject that overlap: a long event has one with each of several short ones. Events on
 /// one side only come first. Logs that differ tell of each other only where they have rows at the same times.
 pub(super) fn events(a: &Side, b: &Side, same_log: bool, has_same_times: bool) -> Vec<EventPair> {
-    let is_one_time = same_log || has_same_times;
-    let is_same = |event: &SideEvent, other: &SideEvent| is_one_time && is_same(event, other);
-    let is_open = |side: &Side, event: &SideEvent| same_log && is_open(side, event);
-    let is_only = |side: &Side, event: &SideEvent| match same_log {
-        true => !is_open(side, event),
-        false => has_same_times && has_rows(side, event),
+    let is_one_clock = same_log || has_same_times;
+    let is_same =
+        |event: &SideEvent, other: &SideEvent| is_one_clock && is_same(&event.event, &other.event);
+    let without = |side: &Side, of: &SideEvent| {
+        let [rows, valid] = rows_during(side, &of.event);
+        let is_computed = rows > 0 && 10 * valid >= rows;
+        match is_computed {
+            true if is_one_clock => Elsewhere::Absent,
+            false if same_log && rows > 0 => Elsewhere::Open,
+            _ => Elsewhere::Unknown,
+        }
     };
+    let zero_b = if is_one_clock { a } else { b };
+    let (times_a, times_b) = (a.times(a.first_ns()), b.times(zero_b.first_ns()));
     let pair = |on_a: Option<&SideEvent>, on_b: Option<&SideEvent>| {
-        let event = on_a.or(on_b)?;
+        let of = &on_a.or(on_b)?.event;
         Some(EventPair {
-            is_only: (on_b.is_none() && is_only(b, event)) || (on_a.is_none() && is_only(a, event)),
-            is_told: true,
-            kind: event.kind.clone(),
-            subject: event.subject.clone(),
-            a: on_a.map(|event| event_side(a, event)),
-            b: on_b.map(|event| event_side(b, event)),
-            is_open_elsewhere: (on_b.is_none() && is_open(b, event))
-                || (on_a.is_none() && is_open(a, event)),
+            kind: of.kind,
+            subject: of.subject.clone(),
+            a: on_a.map(|event| event_side(times_a, event)),
+            b: on_b.map(|event| event_side(times_b, event)),
+            elsewhere: match (on_a, on_b) {
+                (Some(event), None) => without(b, event),
+                (None, Some(event)) => without(a, event),
+                _ => Elsewhere::There,
+            },
             supposed: None,
         })
     };
@@ -369,8 +435,9 @@ fn sort(pairs: &mut [EventPair]) {
     });
 }
 
-/// States of an event of A, by kind, subject and start (s after the first row), whether it would have happened as supposed in B.
-/// It has one answer, with however many events of B it overlaps: its first pair has it, and the others of B are B's own.
+/// Adds the answer for an event of A, by kind, subject and start (s after the first row): whether it would have happened as
+/// supposed in B. An event has one answer, with however many events of B it overlaps: its first pair has the answer, and the
+/// others of B are B's own.
 pub(super) fn answer(
     pairs: &mut Vec<EventPair>,
     (kind, subject): (EventKind, &str),
@@ -379,13 +446,13 @@ pub(super) fn answer(
 ) {
     let is_it = |pair: &EventPair| {
         let starts_s = pair.a.as_ref().map(|event| event.start_s);
-        pair.kind == kind.name() && pair.subject == subject && starts_s == Some(start_s)
+        pair.kind == kind && pair.subject == subject && starts_s == Some(start_s)
     };
     let mut is_answered = false;
     for pair in pairs.iter_mut().filter(|pair| is_it(pair)) {
         if std::mem::replace(&mut is_answered, true) {
             pair.a = None;
-            pair.is_told = false;
+            pair.elsewhere = Elsewhere::Told;
         } else {
             pair.supposed = Some(reply.clone());
         }
@@ -397,34 +464,17 @@ pub(super) fn answer(
     pairs.retain(|pair| {
         let is_same =
             |of: &EventPair| (&of.kind, &of.subject, &of.b) == (&pair.kind, &pair.subject, &pair.b);
-        pair.is_told || !with_a.iter().any(is_same)
+        pair.is_told() || !with_a.iter().any(is_same)
     });
     sort(pairs);
 }
 
-fn is_same(a: &SideEvent, b: &SideEvent) -> bool {
-    a.kind == b.kind && a.subject == b.subject && overlap(a, b)
-}
-
-fn overlap(a: &SideEvent, b: &SideEvent) -> bool {
-    let end = |event: &SideEvent| event.end_ns.unwrap_or(i64::MAX);
-    a.start_ns <= end(b) && b.start_ns <= end(a)
-}
-
-/// Whether a side has rows in the time of an event, and fewer than one in ten is valid.
-fn is_open(side: &Side, event: &SideEvent) -> bool {
-    let [rows, valid] = rows_during(side, event);
-    10 * valid < rows
-}
-
-/// Whether a side has rows in the time of an event, and one in ten is valid or more.
-fn has_rows(side: &Side, event: &SideEvent) -> bool {
-    let [rows, valid] = rows_during(side, event);
-    rows > 0 && 10 * valid >= rows
+fn is_same(a: &Event, b: &Event) -> bool {
+    a.kind == b.kind && a.subject == b.subject && a.overlaps(b.span_ns())
 }
 
 /// The rows of a side in the time of an event, and how many of them are valid.
-fn rows_during(side: &Side, event: &SideEvent) -> [usize; 2] {
+fn rows_during(side: &Side, event: &Event) -> [usize; 2] {
     let before = |time_ns: i64| side.times_ns.partition_point(|&of_row| of_row < time_ns);
     let first = before(event.start_ns);
     let after = event.end_ns.map_or(side.times_ns.len(), |end_ns| {
@@ -434,14 +484,17 @@ fn rows_during(side: &Side, event: &SideEvent) -> [usize; 2] {
     [rows.len(), rows.iter().filter(|valid| **valid).count()]
 }
 
-fn event_side(side: &Side, event: &SideEvent) -> EventSide {
-    let first_ns = side.times_ns.first().copied().unwrap_or(event.start_ns);
-    let end_ns = event.end_ns;
+fn event_side(times: EventTimes, SideEvent { event, unit }: &SideEvent) -> EventSide {
+    let lasted_ns = event.end_ns.map(|end_ns| end_ns - event.start_ns);
     EventSide {
-        start_s: (event.start_ns - first_ns) as f64 * 1e-9,
-        duration_s: end_ns.map(|end_ns| (end_ns - event.start_ns) as f64 * 1e-9),
-        worst: event.worst,
-        unit: event.unit.clone(),
+        start_s: times.seconds(event.start_ns),
+        start_sigma_s: event.start_sigma_s,
+        start_bound: event.start_bound,
+        duration_s: lasted_ns.map(|ns| ns as f64 * 1e-9),
+        end_bound: event.end_bound,
+        told: times.told(event),
+        worst: known(event.worst),
+        unit: unit.clone(),
         certainty: event.certainty,
     }
 }
@@ -453,13 +506,11 @@ mod tests {
     fn side(spans_s: &[[i64; 2]]) -> Side {
         let second = |s: i64| s * 1_000_000_000;
         let event = |&[start_s, end_s]: &[i64; 2]| SideEvent {
-            kind: "wheel_light".into(),
-            subject: "rl".into(),
-            start_ns: second(start_s),
-            end_ns: Some(second(end_s)),
-            worst: Some(0.0),
+            event: Event {
+                end_ns: Some(second(end_s)),
+                ..Event::blank(EventKind::WheelLight, second(start_s), "rl".into())
+            },
             unit: "N".into(),
-            certainty: None,
         };
         Side {
             name: String::new(),
@@ -475,23 +526,26 @@ mod tests {
     /// A wheel's own OTF is hidden only by a lift that is a fact, as the machine tips.
     #[test]
     fn a_lift_hides_the_otf_of_its_wheel_only_as_the_machine_tips() {
-        let is_hidden = |kind: &str, tips_s: [i64; 2], certainty: f64| {
+        let is_hidden = |kind: EventKind, tips_s: [i64; 2], certainty: f64| {
             let mut of = side(&[[2, 4], tips_s]);
-            of.events[0].kind = "wheel_lift".into();
-            of.events[0].certainty = Some(certainty);
-            of.events[1].kind = kind.into();
-            of.events[1].subject = "left".into();
-            let name = format!("{LEAST_OTF}, RL");
+            let [lift, tipping] = &mut of.events[..] else {
+                panic!("expected two events");
+            };
+            lift.event.kind = EventKind::WheelLift;
+            lift.event.certainty = Some(certainty);
+            tipping.event.kind = kind;
+            tipping.event.subject = "left".into();
+            let name = Figure::of_wheel(LEAST_OTF, "rl");
             let mut numbers = Numbers::from([(key("N", name.clone()), Some(100.0))]);
             let why = leave_tipped(&mut numbers, &of);
             assert_eq!(why.contains_key(&name), numbers[&key("N", name)].is_none());
             !why.is_empty()
         };
-        assert!(is_hidden("edge_tipping", [3, 5], 0.9));
-        assert!(is_hidden("tip_over", [3, 5], 0.9));
-        assert!(!is_hidden("edge_tipping", [3, 5], 0.3));
-        assert!(!is_hidden("edge_tipping", [6, 8], 0.9));
-        assert!(!is_hidden("wheel_light", [3, 5], 0.9));
+        assert!(is_hidden(EventKind::EdgeTipping, [3, 5], 0.9));
+        assert!(is_hidden(EventKind::TipOver, [3, 5], 0.9));
+        assert!(!is_hidden(EventKind::EdgeTipping, [3, 5], 0.3));
+        assert!(!is_hidden(EventKind::EdgeTipping, [6, 8], 0.9));
+        assert!(!is_hidden(EventKind::WheelLight, [3, 5], 0.9));
     }
 
     /// Of a crane's foot the same line stood three times.
@@ -513,7 +567,7 @@ mod tests {
             .collect();
         assert_eq!(starts_s, [2.0, 16.0]);
         // the others of B are in the document, as its own
-        let others = pairs.iter().filter(|pair| !pair.is_told);
+        let others = pairs.iter().filter(|pair| !pair.is_told());
         let starts_s: Vec<f64> = others
             .map(|pair| {
                 assert!(pair.a.is_none());
@@ -545,7 +599,7 @@ mod tests {
         assert!(
             pairs
                 .iter()
-                .all(|pair| pair.is_told && pair.supposed.is_some())
+                .all(|pair| pair.is_told() && pair.supposed.is_some())
         );
     }
 
@@ -554,36 +608,53 @@ mod tests {
     fn events_of_different_logs_are_pairs_only_at_the_same_times() {
         let (a, mut b) = (side(&[[2, 4], [12, 13]]), side(&[[3, 5], [8, 9]]));
         b.valid[10..].fill(false);
-        let told = |has_same_times: bool| -> Vec<[bool; 4]> {
+        let told = |has_same_times: bool| -> Vec<(bool, bool, Elsewhere)> {
             let pairs = events(&a, &b, false, has_same_times);
-            let told = |pair: &EventPair| {
-                let EventPair {
-                    is_only,
-                    is_open_elsewhere,
-                    ..
-                } = *pair;
-                [
-                    pair.a.is_some(),
-                    pair.b.is_some(),
-                    is_only,
-                    is_open_elsewhere,
-                ]
-            };
+            let told = |pair: &EventPair| (pair.a.is_some(), pair.b.is_some(), pair.elsewhere);
             pairs.iter().map(told).collect()
         };
-        let in_b = [false, true, true, false];
-        let in_a = [true, false, false, false];
-        let in_both = [true, true, false, false];
+        let in_b = (false, true, Elsewhere::Absent);
+        let in_a = (true, false, Elsewhere::Unknown);
+        let in_both = (true, true, Elsewhere::There);
         assert_eq!(told(true), [in_b, in_a, in_both]);
         let none = told(false);
         assert_eq!(none.len(), 4);
         assert!(
             none.iter()
-                .all(|[a, b, is_only, is_open]| a != b && !is_only && !is_open)
+                .all(|(a, b, elsewhere)| a != b && *elsewhere == Elsewhere::Unknown)
         );
     }
 
-    /// What B has all along happens there, too, also where A has it twice.
+    /// One fall, of which B is the end alone: its times were 4.9 s less than those of A, each from its own first row.
+    #[test]
+    fn results_of_one_clock_count_from_the_first_row_of_a() {
+        let (a, mut b) = (side(&[[1, 2], [6, 9]]), side(&[[6, 9]]));
+        b.times_ns.drain(..5);
+        b.valid.drain(..5);
+        let starts_s = |pairs: &[EventPair]| -> Vec<[Option<f64>; 2]> {
+            let start_s = |side: &Option<EventSide>| side.as_ref().map(|event| event.start_s);
+            let starts = pairs.iter().map(|pair| [&pair.a, &pair.b].map(start_s));
+            starts.collect()
+        };
+        let pairs = events(&a, &b, true, false);
+        assert_eq!(
+            starts_s(&pairs),
+            [[Some(1.0), None], [Some(6.0), Some(6.0)]]
+        );
+        // B has no row at the time of the first: it is not only in A
+        assert_eq!(pairs[0].elsewhere, Elsewhere::Unknown);
+        let [told_a, told_b] =
+            [&pairs[1].a, &pairs[1].b].map(|of| of.as_ref().unwrap().told.clone());
+        assert_eq!(told_a, told_b);
+        // of logs without a clock in common each has its own
+        let pairs = events(&a, &b, false, false);
+        assert_eq!(
+            starts_s(&pairs),
+            [[Some(1.0), None], [None, Some(1.0)], [Some(6.0), None]]
+        );
+    }
+
+    /// Several events of A within one long event of B each pair with it.
     #[test]
     fn a_long_event_has_a_pair_with_each_of_several_short_ones() {
         let pairs = events(

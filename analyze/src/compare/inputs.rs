@@ -1,6 +1,6 @@
 //! Which inputs of two results differ, parameter by parameter.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
 use serde_json::Value;
@@ -19,18 +19,48 @@ pub struct InputDifference {
     pub a: Option<String>,
     /// Its value on side B.
     pub b: Option<String>,
-    /// Whether it is a number wherever it is stated.
+    /// Kind of the input.
     #[serde(skip)]
-    pub(crate) is_number: bool,
+    kind: InputKind,
+    /// Whether the value is a number wherever it is stated.
+    #[serde(skip)]
+    is_number: bool,
 }
 
-/// Key of the machine file's hash: an output folder holds no machine file, so that not all of its keys can be compared.
+/// Kind of an input, which determines its wording.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum InputKind {
+    /// A supposition.
+    Supposed,
+    /// An option of the analysis.
+    Option,
+    /// SHA-256 of a file.
+    Hash(HashedFile),
+    /// An attribute of a URDF whose text is known.
+    UrdfAttribute,
+    /// A key of the machine file, or what the summary has of one.
+    Parameter,
+}
+
+/// A file that an input is the hash of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum HashedFile {
+    /// A machine file whose keys are not all known: an output folder holds none.
+    Machine,
+    /// A URDF whose text is not known: an output folder holds none.
+    Urdf,
+    /// A URDF whose attributes are known, too.
+    UrdfText,
+    Commissioning,
+    /// A DBC file, by its place among them.
+    Dbc(usize),
+}
+
+/// Inputs by their keys.
+type Stated = BTreeMap<String, (InputKind, Value)>;
+
+/// Key of the machine file's hash.
 const MACHINE_FILE: &str = "machine_file.sha256";
-/// Key of the hash of the URDF, which an output folder does not hold either.
-const URDF: &str = "urdf.sha256";
-/// What the keys of a URDF begin with whose text is known, and that of its hash.
-const OF_URDF: &str = "URDF ";
-const URDF_TEXT: &str = "URDF SHA-256";
 /// Keys of the machine's mass, and of the largest one, which is the same unless payloads change it.
 const MASS: &str = "machine.mass_kg";
 const LARGEST_MASS: &str = "machine.largest_mass_kg";
@@ -41,20 +71,32 @@ const MOST_DIGITS: usize = 17;
 const SPLIT_RULE: &str = "split_rule";
 
 impl InputDifference {
-    /// Whether it is that of machine files whose keys are not all known here.
+    /// Returns the suppositions, which only B has.
+    pub(crate) fn supposed(what: String) -> Self {
+        Self {
+            key: "supposed".into(),
+            a: None,
+            b: Some(what),
+            kind: InputKind::Supposed,
+            is_number: false,
+        }
+    }
+
+    /// Whether the difference is that of machine files whose keys are not all known here.
     pub(super) fn is_of_machine_files(&self) -> bool {
-        [MACHINE_FILE, URDF].contains(&self.key.as_str())
+        let files = [HashedFile::Machine, HashedFile::Urdf].map(InputKind::Hash);
+        files.contains(&self.kind)
     }
 
     /// Its key and its values as a reader reads them: numbers with four digits, or as many as show the difference, and hashes with
     /// eight, unless that hides it.
     pub(super) fn cells(&self) -> [String; 3] {
-        let is_hash = self.key.ends_with("sha256") || self.key == URDF_TEXT;
         let digits = self.digits();
-        let shown = |text: &str| match digits {
-            Some(digits) => with_digits(text, digits),
-            None if is_hash => hash_digits(text),
-            None => text.into(),
+        let shown = |text: &str| match (digits, self.kind) {
+            (Some(digits), _) => with_digits(text, digits),
+            (None, InputKind::Hash(_)) => hash_digits(text),
+            (None, InputKind::Option) => readable(text),
+            (None, _) => text.into(),
         };
         let value = |value: &Option<String>, shown: &dyn Fn(&str) -> String| match value {
             Some(value) => shown(value),
@@ -71,7 +113,8 @@ impl InputDifference {
         }
     }
 
-    /// How many digits of its numbers a reader needs; `None` for what is no number, and where no digit differs.
+    /// Returns the number of digits with which readers see the difference; `None` for a value that is no number, and where no
+    /// digit differs.
     fn digits(&self) -> Option<usize> {
         let numbers = [&self.a, &self.b].map(|of| of.as_ref()?.parse::<f64>().ok());
         let rounded = |value: f64, digits: usize| format!("{value:.*e}", digits - 1);
@@ -83,35 +126,52 @@ impl InputDifference {
         digits.find(differ)
     }
 
-    /// What it is. A key of the machine file is told as it stands there.
+    /// Names the input. A key of the machine file is named as it stands there.
     fn words(&self) -> String {
-        match self.key.as_str() {
-            "supposed" => word!("supposed").into(),
-            URDF | URDF_TEXT => word!("SHA-256 of the URDF").into(),
-            MACHINE_FILE => word!("SHA-256 of the machine file").into(),
-            "commissioning_file.sha256" => word!("SHA-256 of the commissioning").into(),
-            MASS => format!("{} [kg]", word!("mass of the machine")),
-            LARGEST_MASS => format!("{} [kg]", word!("largest mass of the machine")),
-            "machine.gravity_m_s2" => format!("{} [m/s²]", word!("local gravity")),
-            "machine.name" => word!("name of the machine").into(),
-            SPLIT_RULE => word!("rule of the load split").into(),
-            key => match key.split_once('.') {
-                Some(("uncertainty", of)) => match uncertainty_in_words(of) {
-                    // an unknown key
-                    (_, "") => key.into(),
-                    (words, unit) => say!("uncertainty of {words} [{unit}]"),
-                },
-                Some(("options", of)) => say!("option {}", readable(&of.replace('.', " "))),
-                Some(("dbc_files", of)) => {
-                    let place = of
-                        .split('.')
-                        .next()
-                        .and_then(|place| place.parse::<usize>().ok());
-                    say!("SHA-256 of DBC file {}", place.map_or(1, |place| place + 1))
-                }
-                _ => key.into(),
-            },
+        match self.kind {
+            InputKind::Supposed => word!("supposed").into(),
+            InputKind::Option => option_in_words(&self.key),
+            InputKind::Hash(HashedFile::Machine) => word!("SHA-256 of the machine file").into(),
+            InputKind::Hash(HashedFile::Urdf | HashedFile::UrdfText) => {
+                word!("SHA-256 of the URDF").into()
+            }
+            InputKind::Hash(HashedFile::Commissioning) => {
+                word!("SHA-256 of the commissioning").into()
+            }
+            InputKind::Hash(HashedFile::Dbc(place)) => say!("SHA-256 of DBC file {}", place + 1),
+            InputKind::UrdfAttribute => self.key.clone(),
+            InputKind::Parameter => parameter_in_words(&self.key),
         }
+    }
+}
+
+/// An option by its key.
+fn option_in_words(key: &str) -> String {
+    let of = key.strip_prefix("options.").unwrap_or(key);
+    let of = match of {
+        "from_s" => word!("start time [s]").into(),
+        "to_s" => word!("end time [s]").into(),
+        "rate_hz" => word!("row rate [Hz]").into(),
+        of => readable(&of.replace('.', " ")),
+    };
+    say!("option {}", of)
+}
+
+/// A parameter of the machine by its key: in words where the summary has it, else the key.
+fn parameter_in_words(key: &str) -> String {
+    match key {
+        MASS => format!("{} [kg]", word!("mass of the machine")),
+        LARGEST_MASS => format!("{} [kg]", word!("largest mass of the machine")),
+        "machine.gravity_m_s2" => format!("{} [m/s²]", word!("local gravity")),
+        "machine.name" => word!("name of the machine").into(),
+        SPLIT_RULE => word!("rule of the load split").into(),
+        key => match key.strip_prefix("uncertainty.").map(uncertainty_in_words) {
+            // an empty unit: an unknown key
+            Some((words, unit)) if !unit.is_empty() => {
+                say!("uncertainty of {words} [{unit}]")
+            }
+            _ => key.into(),
+        },
     }
 }
 
@@ -138,7 +198,7 @@ fn with_digits(text: &str, digits: usize) -> String {
     }
 }
 
-/// What must be known about machine files that differ and are not held.
+/// Note on machine files that differ and are not held in the output folders.
 pub(super) const NOT_HELD: &str = message!(
     "The machine files or their URDFs differ, and the output folders do not hold all of their parameters: others may differ, too. \
      Compare the logs under both machine files to see all of them."
@@ -148,85 +208,79 @@ pub(super) const NOT_HELD: &str = message!(
 pub(super) fn inputs(a: &Side, b: &Side) -> Vec<InputDifference> {
     let has_files = a.sources.is_some() && b.sources.is_some();
     let [on_a, on_b] = [a, b].map(|side| stated(side, has_files));
-    let keys: std::collections::BTreeSet<_> = on_a.keys().chain(on_b.keys()).collect();
-    let differences = keys.into_iter().map(|key| {
-        let values = [&on_a, &on_b].map(|side| side.get(key));
+    // one machine file has one rule, which two results may tell in two languages
+    let is_one_file = on_a.get(MACHINE_FILE) == on_b.get(MACHINE_FILE);
+    let keys: BTreeSet<_> = on_a.keys().chain(on_b.keys()).collect();
+    let differences = keys.into_iter().filter_map(|key| {
+        let sides = [&on_a, &on_b].map(|side| side.get(key));
+        let (kind, _) = sides.into_iter().flatten().next()?;
+        let values = sides.map(|side| side.map(|(_, value)| value));
         let [a, b] = values.map(|value| value.map(text_of));
-        let is_number = values.into_iter().flatten().all(Value::is_number);
-        InputDifference {
+        let is_input = a != b && !(is_one_file && key == SPLIT_RULE);
+        is_input.then(|| InputDifference {
             key: key.clone(),
             a,
             b,
-            is_number,
-        }
+            kind: *kind,
+            is_number: values.into_iter().flatten().all(Value::is_number),
+        })
     });
-    // one machine file has one rule, which two results may tell in two languages
-    let is_one_file = on_a.get(MACHINE_FILE) == on_b.get(MACHINE_FILE);
-    let is_input = |of: &InputDifference| !(is_one_file && of.key == SPLIT_RULE);
-    let mut found: Vec<InputDifference> = differences
-        .filter(|of| of.a != of.b && is_input(of))
-        .collect();
+    let mut found: Vec<InputDifference> = differences.collect();
     let mass = found.iter().find(|of| of.key == MASS);
     let mass = mass.map(|of| [of.a.clone(), of.b.clone()]);
     let is_mass = |of: &InputDifference| mass.as_ref() == Some(&[of.a.clone(), of.b.clone()]);
     found.retain(|of| of.key != LARGEST_MASS || !is_mass(of));
     // what differs in no attribute differs by its text: spaces, comments, or what is no XML
-    if found
-        .iter()
-        .filter(|of| of.key.starts_with(OF_URDF))
-        .count()
-        > 1
-    {
-        found.retain(|of| of.key != URDF_TEXT);
+    if found.iter().any(|of| of.kind == InputKind::UrdfAttribute) {
+        found.retain(|of| of.kind != InputKind::Hash(HashedFile::UrdfText));
     }
     found
 }
 
-/// What a side was computed from. Without the machine files, what the summary has of them.
-fn stated(side: &Side, has_files: bool) -> BTreeMap<String, Value> {
+/// Returns the inputs from which a side was computed; without the machine files, as far as the summary has them.
+fn stated(side: &Side, has_files: bool) -> Stated {
     let summary = &side.summary;
-    let mut found = BTreeMap::new();
-    flatten("options", &summary["options"], &mut found);
     let provenance = &summary["provenance"];
+    let mut found = Stated::new();
+    let mut add =
+        |kind: InputKind, path: &str, value: &Value| flatten(kind, path, value, &mut found);
+    let hash = InputKind::Hash;
+    add(InputKind::Option, "options", &summary["options"]);
     let commissioning = &provenance["commissioning_file"]["sha256"];
-    flatten("commissioning_file.sha256", commissioning, &mut found);
-    for (place, file) in provenance["dbc_files"]
-        .as_array()
-        .into_iter()
-        .flatten()
-        .enumerate()
-    {
-        flatten(
-            &format!("dbc_files.{place}.sha256"),
-            &file["sha256"],
-            &mut found,
-        );
+    add(
+        hash(HashedFile::Commissioning),
+        "commissioning_file.sha256",
+        commissioning,
+    );
+    let dbc_files = provenance["dbc_files"].as_array().into_iter().flatten();
+    for (place, file) in dbc_files.enumerate() {
+        let path = format!("dbc_files.{place}.sha256");
+        add(hash(HashedFile::Dbc(place)), &path, &file["sha256"]);
     }
+    let urdf = &provenance["urdf"]["sha256"];
     match side.sources.as_ref().filter(|_| has_files) {
         Some(sources) => {
             let file = toml::from_str::<toml::Table>(&sources.machine_file).ok();
             let file = file.and_then(|table| serde_json::to_value(table).ok());
-            flatten("", &file.unwrap_or_default(), &mut found);
+            add(InputKind::Parameter, "", &file.unwrap_or_default());
+            add(hash(HashedFile::UrdfText), "URDF SHA-256", urdf);
             flatten_urdf(&sources.urdf, &mut found);
-            flatten(URDF_TEXT, &provenance["urdf"]["sha256"], &mut found);
         }
         None => {
-            flatten(URDF, &provenance["urdf"]["sha256"], &mut found);
-            flatten(
-                MACHINE_FILE,
-                &provenance["machine_file"]["sha256"],
-                &mut found,
-            );
-            flatten("machine", &summary["machine"], &mut found);
-            flatten(SPLIT_RULE, &summary["model"]["split_rule"], &mut found);
-            flatten("uncertainty", &summary["uncertainty"], &mut found);
+            add(hash(HashedFile::Urdf), "urdf.sha256", urdf);
+            let file = &provenance["machine_file"]["sha256"];
+            add(hash(HashedFile::Machine), MACHINE_FILE, file);
+            let parameter = InputKind::Parameter;
+            add(parameter, "machine", &summary["machine"]);
+            add(parameter, SPLIT_RULE, &summary["model"]["split_rule"]);
+            add(parameter, "uncertainty", &summary["uncertainty"]);
         }
     }
     found
 }
 
 /// Adds the values of a document under their paths; an absent one is not added.
-fn flatten(path: &str, value: &Value, found: &mut BTreeMap<String, Value>) {
+fn flatten(kind: InputKind, path: &str, value: &Value, found: &mut Stated) {
     let below = |key: &str| match path {
         "" => key.to_string(),
         _ => format!("{path}.{key}"),
@@ -235,16 +289,16 @@ fn flatten(path: &str, value: &Value, found: &mut BTreeMap<String, Value>) {
         Value::Null => {}
         Value::Object(object) => {
             for (key, value) in object {
-                flatten(&below(key), value, found);
+                flatten(kind, &below(key), value, found);
             }
         }
         Value::Array(list) if list.iter().any(Value::is_object) => {
             for (place, value) in list.iter().enumerate() {
-                flatten(&below(&place.to_string()), value, found);
+                flatten(kind, &below(&place.to_string()), value, found);
             }
         }
         other => {
-            found.insert(path.into(), other.clone());
+            found.insert(path.into(), (kind, other.clone()));
         }
     }
 }
@@ -259,7 +313,7 @@ fn text_of(value: &Value) -> String {
 
 /// Adds the attributes of a URDF under the elements that they are in: "URDF link boom inertial mass value". Elements without a name
 /// are numbered where there are several alike: "URDF link boom collision 2 origin xyz".
-fn flatten_urdf(text: &str, found: &mut BTreeMap<String, Value>) {
+fn flatten_urdf(text: &str, found: &mut Stated) {
     let Ok(document) = roxmltree::Document::parse(text) else {
         return;
     };
@@ -281,8 +335,8 @@ fn flatten_urdf(text: &str, found: &mut BTreeMap<String, Value>) {
         }
         path.reverse();
         for attribute in element.attributes().filter(|of| of.name() != "name") {
-            let key = format!("{OF_URDF}{} {}", path.join(" "), attribute.name());
-            found.insert(key, attribute.value().into());
+            let key = format!("URDF {} {}", path.join(" "), attribute.name());
+            found.insert(key, (InputKind::UrdfAttribute, attribute.value().into()));
         }
     }
 }
@@ -297,6 +351,7 @@ pub(super) fn in_words(of: &InputDifference) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::analysis::Sources;
 
     #[test]
     fn inputs_are_told_in_words_with_the_digits_that_differ() {
@@ -305,6 +360,7 @@ mod tests {
                 key: key.into(),
                 a: Some(a.into()),
                 b: Some(b.into()),
+                kind: InputKind::Parameter,
                 is_number: true,
             };
             of.cells()
@@ -333,21 +389,65 @@ mod tests {
     /// A name of digits keeps them all.
     #[test]
     fn what_is_no_number_is_told_as_it_is_stated() {
-        let told = |key: &str, a: &str, b: &str| {
+        let told = |kind: InputKind, key: &str, a: &str, b: &str| {
             let of = InputDifference {
                 key: key.into(),
                 a: Some(a.into()),
                 b: Some(b.into()),
+                kind,
                 is_number: false,
             };
             of.cells()
         };
-        let [_, a, b] = told("machine.name", "007", "123456.75");
+        let [_, a, b] = told(InputKind::Parameter, "machine.name", "007", "123456.75");
         assert_eq!([a, b], ["007", "123456.75"]);
-        let [_, a, b] = told(URDF_TEXT, "0123456789abcdef", "fedcba9876543210");
+        let hashes = ["0123456789abcdef", "fedcba9876543210"];
+        let told_hash = |file: HashedFile| told(InputKind::Hash(file), "", hashes[0], hashes[1]);
+        let [_, a, b] = told_hash(HashedFile::UrdfText);
         assert_eq!([a, b], ["01234567", "fedcba98"]);
-        let [key, ..] = told("dbc_files.0.sha256", "0123456789abcdef", "fedcba9876543210");
-        assert!(!key.contains('_') && key.contains('1'), "{key}");
+        let [key, ..] = told_hash(HashedFile::Dbc(0));
+        assert!(key.contains('1'), "{key}");
+    }
+
+    /// "option from s: not stated in A" stood there.
+    #[test]
+    fn options_are_told_in_words() {
+        for key in ["from_s", "to_s", "rate_hz"] {
+            let words = option_in_words(&format!("options.{key}"));
+            assert!(!words.contains(&readable(key)), "{words}");
+        }
+    }
+
+    #[test]
+    fn a_urdf_that_differs_in_an_attribute_is_not_told_by_its_hash() {
+        let side = |mass: &str, comment: &str| {
+            let urdf = format!(
+                "<robot><link name='a'><inertial><mass value='{mass}'/></inertial></link>{comment}</robot>"
+            );
+            let sha256 = format!("{mass}{comment}");
+            Side {
+                name: String::new(),
+                summary: serde_json::json!({ "provenance": { "urdf": { "sha256": sha256 } } }),
+                sources: Some(Sources {
+                    machine_file: String::new(),
+                    urdf,
+                }),
+                times_ns: Vec::new(),
+                valid: Vec::new(),
+                columns: Vec::new(),
+                events: Vec::new(),
+            }
+        };
+        let keys = |a: &Side, b: &Side| -> Vec<String> {
+            inputs(a, b).into_iter().map(|of| of.key).collect()
+        };
+        let a = side("1.0", "");
+        assert_eq!(
+            keys(&a, &side("2.0", "")),
+            ["URDF link a inertial mass value"]
+        );
+        assert_eq!(keys(&a, &side("1.0", "<!-- b -->")), ["URDF SHA-256"]);
+        assert!(keys(&a, &a).is_empty());
     }
 
     #[test]
@@ -357,10 +457,10 @@ mod tests {
             "payload": [{ "link": "tool", "mass": 300.0 }],
         });
         let mut found = BTreeMap::new();
-        flatten("", &document, &mut found);
+        flatten(InputKind::Parameter, "", &document, &mut found);
         let found: Vec<(&str, String)> = found
             .iter()
-            .map(|(k, v)| (k.as_str(), text_of(v)))
+            .map(|(k, (_, v))| (k.as_str(), text_of(v)))
             .collect();
         assert_eq!(
             found,

@@ -13,7 +13,7 @@ mod side;
 mod text;
 
 pub use comparison::{Comparison, compare};
-pub use facts::{EventPair, FactDifference};
+pub use facts::{Elsewhere, EventPair, FactDifference};
 pub use inputs::InputDifference;
 pub use page::render;
 pub use series::{SeriesComparison, SeriesDifference};

@@ -4,11 +4,12 @@ use maud::{Markup, html};
 use tipwatch_language::{decimals, say, told, word};
 
 use super::comparison::Comparison;
-use super::facts::{EventPair, FactDifference, formatted};
+use super::facts::{FactDifference, formatted};
 use super::inputs::{InputDifference, NOT_HELD};
 use super::series::{in_words, printed_unit, shared_rows};
 use super::side::Side;
-use super::text::{event, origin, valid_rows};
+use super::text::{self, origin, valid_rows, zero_of_times};
+use crate::events::support_words::support_word;
 use crate::page::svg::{CHART_STYLE, Chart};
 use crate::page::{self, Document, list, number, part, rows_to_draw, section, table};
 
@@ -86,14 +87,13 @@ fn folded<T>(all: &[T], shown: impl Fn(&[T]) -> Markup) -> Markup {
 }
 
 fn events(comparison: &Comparison) -> Markup {
-    let told: Vec<&EventPair> = (comparison.events.iter())
-        .filter(|pair| pair.is_told)
-        .collect();
+    let events = text::events(&comparison.events);
     html! {
-        @if told.is_empty() {
+        @if events.is_empty() {
             p { (word!("Neither result has an event.")) }
         } @else {
-            (folded(&told, |events| list(events.iter().map(|pair| event(pair)))))
+            @if let Some(zero) = zero_of_times(comparison) { p.hint { (zero) } }
+            (folded(&events, |events| list(events.iter())))
         }
     }
 }
@@ -104,7 +104,7 @@ fn facts(facts: &[&FactDifference]) -> Markup {
         let why = fact
             .why_not
             .map_or(String::new(), |why| format!(" ({why})"));
-        let name = [format!("{}{why}", fact.in_words())].into_iter();
+        let name = [format!("{}{why}", fact.name.in_words())].into_iter();
         name.chain(values)
             .chain([printed_unit(fact.unit)])
             .collect()
@@ -124,11 +124,10 @@ fn series(comparison: &Comparison) -> Markup {
             .unwrap_or(word!("unknown"));
         return html! { p { (say!("Not compared row by row: {note}.")) } };
     };
-    let shown = series
-        .columns
-        .iter()
-        .filter(|column| !column.is_derivative() && !column.is_variance());
-    let rows = shown.map(|column| {
+    let columns = series.columns.iter();
+    let columns = columns.filter(|column| !column.is_derivative() && !column.is_variance());
+    let (shown, alike): (Vec<_>, Vec<_>) = columns.partition(|column| column.differs());
+    let rows = shown.into_iter().map(|column| {
         let relative = column
             .relative
             .map_or(String::new(), |r| decimals(format!("{:.2} %", 100.0 * r)));
@@ -149,6 +148,9 @@ fn series(comparison: &Comparison) -> Markup {
     html! {
         p.hint { (say!("{} rows are valid in both results.", series.rows)) }
         (table(&head, &rows.collect::<Vec<Vec<String>>>()))
+        @if !alike.is_empty() {
+            p.hint { (say!("Alike in both to the digits shown: {}.", alike.iter().map(|column| column.in_words()).collect::<Vec<_>>().join("; "))) }
+        }
         @for (side, names) in [("A", &series.only_a), ("B", &series.only_b)] {
             @if !names.is_empty() {
                 p.hint { (say!("Only {side} has {}.", names.iter().map(|name| in_words(name)).collect::<Vec<_>>().join(", "))) }
@@ -168,7 +170,9 @@ fn curves(comparison: &Comparison, a: &Side, b: &Side) -> (Markup, Option<Markup
         let none = html! { p { (word!("The machines have no wheel of the same name.")) } };
         return (none, None);
     }
-    let together = comparison.series.is_some();
+    let (together, is_one_clock) = (comparison.series.is_some(), comparison.b_begins_s.is_some());
+    let zero_b = if is_one_clock { a } else { b };
+    let (zero_a_ns, zero_b_ns) = (a.first_ns(), zero_b.first_ns());
     let rows = match together {
         true => shared_rows(a, b),
         false => Vec::new(),
@@ -179,13 +183,17 @@ fn curves(comparison: &Comparison, a: &Side, b: &Side) -> (Markup, Option<Markup
         let Some((on_a, on_b)) = a.column(&column).zip(b.column(&column)) else {
             continue;
         };
-        let curves = [curve(a, &on_a.values), curve(b, &on_b.values)];
-        let wheel = wheel.to_uppercase();
+        let curves = [
+            curve(a, zero_a_ns, &on_a.values),
+            curve(b, zero_b_ns, &on_b.values),
+        ];
+        let wheel = support_word(wheel);
         let classes = ["line-a", "line-b"];
         both.push(chart(&say!("OTF {wheel} (N)"), &curves, &classes));
         if together {
-            let of_row =
-                |&(i, j): &(usize, usize)| (seconds(a, i), on_b.values[j] - on_a.values[i]);
+            let of_row = |&(i, j): &(usize, usize)| {
+                (seconds(a, zero_a_ns, i), on_b.values[j] - on_a.values[i])
+            };
             let points: Vec<_> = rows.iter().map(of_row).collect();
             let title = say!("B - A, OTF {wheel} (N)");
             differences.push(chart(&title, &[thinned(&points)], &classes));
@@ -193,7 +201,7 @@ fn curves(comparison: &Comparison, a: &Side, b: &Side) -> (Markup, Option<Markup
     }
     let overlaid = html! {
         p.hint {
-            @if together {
+            @if is_one_clock {
                 (word!("OTF of each wheel over time, at the same times in both results. Solid: A; dashed: B."))
             } @else {
                 (word!("OTF of each wheel over time, from the first row of each result. Solid: A; dashed: B."))
@@ -205,15 +213,15 @@ fn curves(comparison: &Comparison, a: &Side, b: &Side) -> (Markup, Option<Markup
     (overlaid, apart)
 }
 
-fn seconds(side: &Side, row: usize) -> f64 {
-    (side.times_ns[row] - side.times_ns[0]) as f64 * 1e-9
+fn seconds(side: &Side, zero_ns: i64, row: usize) -> f64 {
+    (side.times_ns[row] - zero_ns) as f64 * 1e-9
 }
 
 /// Values over time, interrupted where a row is invalid.
-fn curve(side: &Side, values: &[f64]) -> Vec<(f64, f64)> {
+fn curve(side: &Side, zero_ns: i64, values: &[f64]) -> Vec<(f64, f64)> {
     let points = values.iter().enumerate().map(|(row, &value)| {
         let value = if side.valid[row] { value } else { f64::NAN };
-        (seconds(side, row), value)
+        (seconds(side, zero_ns, row), value)
     });
     thinned(&points.collect::<Vec<_>>())
 }
@@ -229,9 +237,10 @@ fn chart(title: &str, curves: &[Vec<(f64, f64)>], classes: &[&str]) -> Markup {
     let all = || curves.iter().flatten().filter(|point| point.1.is_finite());
     let low = all().map(|point| point.1).fold(0.0, f64::min);
     let high = all().map(|point| point.1).fold(0.0, f64::max);
+    let first = all().map(|point| point.0).fold(0.0, f64::min);
     let last = all().map(|point| point.0).fold(0.0, f64::max);
     let room = 0.05 * (high - low).max(1e-9);
-    let mut chart = Chart::new(title, (0.0, last.max(1e-9)), (low - room, high + room));
+    let mut chart = Chart::new(title, (first, last.max(1e-9)), (low - room, high + room));
     chart.guide(0.0);
     for (points, class) in curves.iter().zip(classes) {
         chart.line(points, class);

@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 use tipwatch_language::{told, word};
-use tipwatch_mechanics::Quantity;
+use tipwatch_mechanics::{Quantity, QuantityKind, When};
 
 use super::side::Side;
-use crate::base::number::readable;
+use crate::base::number::{in_english, readable};
 
 /// Units that come first in the output.
 const FIRST_UNITS: [&str; 3] = ["N", "-", "N m"];
@@ -45,45 +45,56 @@ pub struct SeriesDifference {
 }
 
 impl SeriesDifference {
-    /// What the column holds.
+    /// Names the quantity of the column.
     pub(super) fn in_words(&self) -> String {
         in_words(&self.column)
     }
 
-    /// Whether it is a variance or a covariance, which readers see as standard deviations.
+    /// Whether the quantity is a variance or a covariance, which readers see as standard deviations.
     pub(super) fn is_variance(&self) -> bool {
         self.unit.ends_with("^2") && !self.unit.contains('/')
     }
 
-    /// Whether it is a derivative, which is shown on demand only.
+    /// Whether the quantity is a derivative, which is shown on demand only.
     pub(super) fn is_derivative(&self) -> bool {
-        self.column.starts_with("dsigma_")
+        quantity(&self.column).is_some_and(|(kind, _)| kind.when == When::Gradient)
+    }
+
+    /// Whether a digit that readers see differs.
+    pub(super) fn differs(&self) -> bool {
+        in_english(self.largest) != in_english(0.0)
     }
 }
 
-/// What a column holds: the label of its quantity and what it is of. "OTF, RL" is `otf_rl`.
-pub(super) fn in_words(column: &str) -> String {
-    let known = Quantity::KINDS.iter().filter_map(|kind| {
-        let of = placed(column, kind.pattern)?;
-        Some((kind.label, of))
-    });
+/// The quantity of a column, and what it is of.
+fn quantity(column: &str) -> Option<(&'static QuantityKind, Vec<&str>)> {
+    let kinds = Quantity::KINDS.iter();
+    let known = kinds.filter_map(|kind| Some((kind, placed(column, kind.pattern)?)));
     // of several patterns that fit, the one that leaves least to its places
-    let best = known.min_by_key(|(_, of)| of.iter().map(|part| part.len()).sum::<usize>());
-    match best {
-        Some((label, of)) if of.is_empty() => told(label).into(),
-        Some((label, of)) => {
+    known.min_by_key(|(_, of)| of.iter().map(|part| part.len()).sum::<usize>())
+}
+
+/// Names the quantity of a column: its label, and the wheel or edge it is of. "OTF, RL" is `otf_rl`.
+pub(super) fn in_words(column: &str) -> String {
+    match quantity(column) {
+        Some((kind, of)) if of.is_empty() => told(kind.label).into(),
+        Some((kind, of)) => {
             let of = of.iter().map(|part| match part.len() {
                 // names of wheels are initials
                 0..=3 => part.to_uppercase(),
                 _ => readable(part),
             });
-            format!("{}, {}", told(label), of.collect::<Vec<_>>().join(", "))
+            format!(
+                "{}, {}",
+                told(kind.label),
+                of.collect::<Vec<_>>().join(", ")
+            )
         }
         None => readable(column),
     }
 }
 
-/// What stands at the places in braces of a pattern; `None` where a name does not fit it.
+/// Returns the parts of a name at the places in braces of a pattern; `None` where the name does not fit the pattern.
 fn placed<'n>(name: &'n str, pattern: &str) -> Option<Vec<&'n str>> {
     let (before, rest) = match pattern.split_once('{') {
         Some((before, rest)) => (before, rest.split_once('}').map(|(_, rest)| rest)),
@@ -228,6 +239,27 @@ mod tests {
         assert_eq!(found.rms, 12.5_f64.sqrt());
         assert_eq!(found.relative, Some((25.0_f64 / 17.0).sqrt()));
         assert!(difference("x", "N", [(0, f64::NAN, 1.0)].into_iter()).is_none());
+    }
+
+    #[test]
+    fn a_column_that_differs_by_rounding_alone_is_alike() {
+        let differs = |change: f64| {
+            let rows = [(0, 1e3, 1e3 + change), (1, 2e3, 2e3)];
+            difference("cause_wheel_weight_fl", "N", rows.into_iter())
+                .is_some_and(|of| of.differs())
+        };
+        assert!(!differs(0.0) && !differs(7e-13));
+        assert!(differs(0.01));
+    }
+
+    #[test]
+    fn derivatives_are_known_by_their_quantity() {
+        let is_derivative = |column: &str| {
+            let of = difference(column, "N", [(0, 1.0, 2.0)].into_iter());
+            of.is_some_and(|of| of.is_derivative())
+        };
+        assert!(is_derivative("dsigma_dvx") && is_derivative("dsigma_dyaw_rate_dot"));
+        assert!(!is_derivative("sigma") && !is_derivative("otf_rl"));
     }
 
     #[test]

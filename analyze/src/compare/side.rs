@@ -6,14 +6,15 @@ use anyhow::{Context, Result, bail};
 use serde::Serialize;
 use serde_json::Value;
 use tipwatch_binding::MachineFile;
-use tipwatch_language::{say, word};
+use tipwatch_language::{say, tag, word};
 use tipwatch_storage::Location;
 
 use crate::analysis::run::analyse;
 use crate::analysis::{Analysis, Coverage, Sources, Undecided};
 use crate::base::fetched::{Fetched, has_file};
+use crate::base::number::known;
 use crate::base::options::{Options, Precision};
-use crate::events::LEAST_OF_A_FACT;
+use crate::events::{Bound, Event, EventKind, EventTimes};
 use crate::report;
 use crate::tables::summary::{self, Summary};
 use crate::tables::table::{Column, Table};
@@ -38,23 +39,12 @@ pub struct Side {
     pub(super) events: Vec<SideEvent>,
 }
 
-/// A row of `events.parquet`.
+/// A row of `events.parquet`: what is compared of an event.
 #[derive(Debug)]
 pub(super) struct SideEvent {
-    pub(super) kind: String,
-    pub(super) subject: String,
-    pub(super) start_ns: i64,
-    pub(super) end_ns: Option<i64>,
-    pub(super) worst: Option<f64>,
+    pub(super) event: Event,
+    /// Unit of its worst value, as the row has it.
     pub(super) unit: String,
-    pub(super) certainty: Option<f64>,
-}
-
-impl SideEvent {
-    /// Whether it is more probable than not; one without a probability rests on what was measured.
-    pub(super) fn is_fact(&self) -> bool {
-        self.certainty.is_none_or(|p| p >= LEAST_OF_A_FACT)
-    }
 }
 
 /// A column of `samples.parquet`.
@@ -92,11 +82,13 @@ pub struct SideSummary {
     pub valid_rows: String,
 }
 
-/// What stands for a text that is not known.
+/// Language of a result that names none.
+const ENGLISH: &str = "en";
+/// Text for an unknown value.
 const UNKNOWN: &str = "unknown";
 
 impl SideSummary {
-    /// Whether both are of the same log, by content: of what is not known nothing is the same.
+    /// Whether both are of the same log, by content; of an unknown log nothing is the same.
     pub(super) fn is_of_same_log(&self, other: &Self) -> bool {
         let of = &self.log_sha256;
         of == &other.log_sha256 && !of.is_empty() && !of.iter().any(|hash| hash == UNKNOWN)
@@ -133,7 +125,7 @@ impl Side {
         Self::of_analysis(&analysis, &path.display().to_string())
     }
 
-    /// Whether it is an output folder of an analysis.
+    /// Whether the path is an output folder of an analysis.
     #[must_use]
     pub fn is_folder(path: &Path) -> bool {
         if Location::is_remote_path(path) {
@@ -186,16 +178,37 @@ impl Side {
             times_ns: times_ns.context("expected times in column time_ns, found none")?,
             valid: valid.context("expected truth values in column valid, found none")?,
             columns: samples.columns().iter().filter_map(numbers).collect(),
-            events: events_of(events).context("expected the columns of events.parquet")?,
+            events: events_of(events)?,
         })
     }
 
-    /// Why this result decides nothing; `None` if it does. At least `min_valid` of the log's time must be
+    /// Time of its first row (ns).
+    pub(super) fn first_ns(&self) -> i64 {
+        let of_event = || Some(self.events.first()?.event.start_ns);
+        let first = self.times_ns.first().copied();
+        first.or_else(of_event).unwrap_or_default()
+    }
+
+    fn coverage(&self) -> Option<Coverage> {
+        serde_json::from_value(self.summary["coverage"].clone()).ok()
+    }
+
+    /// Returns the wording of the times of its events, from a time on (ns).
+    pub(super) fn times(&self, zero_ns: i64) -> EventTimes {
+        let coverage = self.coverage();
+        let coverage = coverage.as_ref();
+        EventTimes {
+            zero_ns,
+            is_sparse: coverage.is_some_and(|of| of.between_rows.is_some()),
+            goes_on: coverage.is_some_and(|of| of.after_rows_s > 0.0),
+        }
+    }
+
+    /// Returns the reason why this result decides nothing; `None` if it decides. At least `min_valid` of the log's time must be
     /// computable.
     #[must_use]
     pub fn undecided(&self, min_valid: f64) -> Option<String> {
-        let coverage = serde_json::from_value::<Coverage>(self.summary["coverage"].clone());
-        let Ok(coverage) = coverage else {
+        let Some(coverage) = self.coverage() else {
             return Some("expected coverage in summary.json, found none".into());
         };
         let gross_inputs = self.summary["gross_inputs"]
@@ -257,7 +270,13 @@ impl Side {
             urdf_sha256: text(&provenance["urdf"]["sha256"]),
             model: text(&self.summary["model"]["name"]),
             estimator: text(&options["estimator"]),
-            finding: text(&self.summary["findings"][0]),
+            finding: {
+                let finding = text(&self.summary["findings"][0]);
+                match provenance["language"].as_str().unwrap_or(ENGLISH) == tag() {
+                    true => finding,
+                    false => say!("{finding} (in the language of its analysis)"),
+                }
+            },
             valid_rows: {
                 let [valid, count] =
                     ["valid", "count"].map(|key| self.summary["rows"][key].as_u64());
@@ -270,30 +289,84 @@ impl Side {
     }
 }
 
-/// The rows of a table of events; `None` if it is none.
-fn events_of(table: &Table) -> Option<Vec<SideEvent>> {
-    let texts = |name: &str| table.column(name).and_then(Column::texts);
-    let numbers = |name: &str| table.column(name).and_then(Column::numbers);
-    let (kinds, subjects, units) = (texts("kind")?, texts("subject")?, texts("unit")?);
-    let starts_ns = table.column("start_ns").and_then(Column::integers)?;
-    let ends_ns = table.column("end_ns").and_then(Column::optional_integers)?;
-    let (worst, certainty) = (numbers("worst")?, numbers("certainty")?);
-    let known = |number: f64| Some(number).filter(|number| number.is_finite());
-    let event = |row: usize| SideEvent {
-        kind: kinds[row].clone().unwrap_or_default(),
-        subject: subjects[row].clone().unwrap_or_default(),
-        start_ns: starts_ns[row],
-        end_ns: ends_ns[row],
-        worst: known(worst[row]),
-        unit: units[row].clone().unwrap_or_default(),
-        certainty: known(certainty[row]),
+/// The rows of a table of events.
+///
+/// # Errors
+/// It is none, or has a kind or a bound that is not known.
+fn events_of(table: &Table) -> Result<Vec<SideEvent>> {
+    let missing = |name: &str| format!("expected the column {name} of events.parquet, found none");
+    let texts = |name: &str| {
+        let column = table.column(name).and_then(Column::texts);
+        column.with_context(|| missing(name))
     };
-    Some((0..table.rows()).map(event).collect())
+    let numbers = |name: &str| {
+        let column = table.column(name).and_then(Column::numbers);
+        column.with_context(|| missing(name))
+    };
+    let (kinds, subjects, units) = (texts("kind")?, texts("subject")?, texts("unit")?);
+    let starts_ns = table.column("start_ns").and_then(Column::integers);
+    let starts_ns = starts_ns.with_context(|| missing("start_ns"))?;
+    let ends_ns = table.column("end_ns").and_then(Column::optional_integers);
+    let ends_ns = ends_ns.with_context(|| missing("end_ns"))?;
+    let (start_bounds, end_bounds) = (texts("start_bound")?, texts("end_bound")?);
+    let (sigmas_s, rotations_rad) = (numbers("start_sigma_s")?, numbers("rotation")?);
+    let (worst, certainty) = (numbers("worst")?, numbers("certainty")?);
+    let unknown = |what: &str, name: &Option<String>| {
+        let name = name.as_deref().unwrap_or("none");
+        format!("expected a known {what} in events.parquet, found {name}; analyse the log again")
+    };
+    let bound = |name: &Option<String>| {
+        let mut all = Bound::ALL.into_iter();
+        let found = all.find(|bound| Some(bound.name()) == name.as_deref());
+        found.with_context(|| unknown("bound", name))
+    };
+    let event = |row: usize| -> Result<SideEvent> {
+        let mut all = EventKind::ALL.into_iter();
+        let kind = all.find(|kind| Some(kind.name()) == kinds[row].as_deref());
+        let kind = kind.with_context(|| unknown("kind of event", &kinds[row]))?;
+        let subject = subjects[row].clone().unwrap_or_default();
+        Ok(SideEvent {
+            event: Event {
+                start_sigma_s: known(sigmas_s[row]),
+                start_bound: bound(&start_bounds[row])?,
+                end_ns: ends_ns[row],
+                end_bound: bound(&end_bounds[row])?,
+                worst: worst[row],
+                certainty: known(certainty[row]),
+                rotation_rad: known(rotations_rad[row]),
+                ..Event::blank(kind, starts_ns[row], subject)
+            },
+            unit: units[row].clone().unwrap_or_default(),
+        })
+    };
+    (0..table.rows()).map(event).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// "Option Modell: whole-body" stood beside an English headline, in a German comparison.
+    #[test]
+    fn a_finding_in_another_language_is_told_as_such() {
+        let finding = |language: Value| {
+            let side = Side {
+                name: String::new(),
+                summary: serde_json::json!({
+                    "findings": ["a finding"],
+                    "provenance": { "language": language },
+                }),
+                sources: None,
+                times_ns: Vec::new(),
+                valid: Vec::new(),
+                columns: Vec::new(),
+                events: Vec::new(),
+            };
+            side.about().finding
+        };
+        assert_eq!(finding(Value::Null), "a finding");
+        assert_ne!(finding("de".into()), "a finding");
+    }
 
     #[test]
     fn what_is_not_known_is_not_the_same_log() {

@@ -5,18 +5,18 @@ use std::fmt::Write;
 use tipwatch_language::{decimals, say, told, word};
 
 use super::comparison::Comparison;
-use super::facts::{EventPair, EventSide, FactDifference, formatted};
+use super::facts::{Elsewhere, EventPair, EventSide, FactDifference, formatted};
 use super::inputs::{InputDifference, NOT_HELD, in_words};
-use super::series::printed_unit;
+use super::series::{SeriesDifference, printed_unit};
 use super::side::SideSummary;
-use crate::base::number::{number, probability, readable};
+use crate::base::number::{enumerated, number, probability, readable};
 
 /// Inputs, unless all are requested.
 const MOST_INPUTS: usize = 12;
 /// Lines per unit, unless all are requested.
 const MOST_LINES: usize = 4;
 
-/// How much of a comparison is printed.
+/// Extent of a printed comparison.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Extent {
     /// Inputs, events and the least OTF of each wheel: what an investigator asks first.
@@ -68,7 +68,7 @@ pub fn as_text(comparison: &Comparison, extent: Extent) -> String {
             let _ = writeln!(
                 text,
                 "{:42} {:>12} {:>12} {:>12} {}{}",
-                fact.in_words(),
+                fact.name.in_words(),
                 value(fact.a),
                 value(fact.b),
                 value(fact.difference),
@@ -142,24 +142,48 @@ fn add_events(comparison: &Comparison, text: &mut String) {
         return;
     }
     let _ = writeln!(text, "\n{}", word!("Events"));
-    for pair in comparison.events.iter().filter(|pair| pair.is_told) {
-        let _ = writeln!(text, "{}", event(pair));
+    let zero = zero_of_times(comparison);
+    for line in zero.into_iter().chain(events(&comparison.events)) {
+        let _ = writeln!(text, "{line}");
     }
 }
 
-/// An event, with its times and its confidence on both sides.
-#[must_use]
-pub(super) fn event(pair: &EventPair) -> String {
+/// Less than this is not seen in a time (s).
+const LEAST_SEEN_S: f64 = 0.005;
+
+/// Describes the origin of the times of events; `None` where that is the first row of both.
+pub(super) fn zero_of_times(comparison: &Comparison) -> Option<String> {
+    match comparison.b_begins_s {
+        Some(begins_s) if begins_s.abs() < LEAST_SEEN_S => None,
+        Some(begins_s) => Some(say!(
+            "Times of events are from the first row of A; that of B is at t = {begins_s:.2} s."
+        )),
+        None => Some(word!("Times of events are from the first row of each result.").into()),
+    }
+}
+
+/// The events that a reader is told of, a line each; those that differ in nothing but what happened are on one line.
+pub(super) fn events(pairs: &[EventPair]) -> Vec<String> {
+    let mut lines: Vec<(Vec<String>, String)> = Vec::new();
+    for pair in pairs.iter().filter(|pair| pair.is_told()) {
+        let sides = sides(pair);
+        match lines.iter_mut().find(|(_, same)| *same == sides) {
+            Some((what, _)) => what.push(pair.what()),
+            None => lines.push((vec![pair.what()], sides)),
+        }
+    }
+    let line = |(what, sides): (Vec<String>, String)| enumerated(&what) + &sides;
+    lines.into_iter().map(line).collect()
+}
+
+/// Describes an event on both sides, with its times and its confidence.
+fn sides(pair: &EventPair) -> String {
     let side = |letter: &str, side: &Option<EventSide>| {
         side.as_ref().map(|event| {
-            let lasts = match event.duration_s {
-                Some(s) => say!("for {s:.2} s"),
-                None => word!("until the log ends").into(),
-            };
             let certain = event
                 .certainty
                 .map(|certainty| say!(" (confidence {})", probability(certainty)));
-            say!("{letter} from {:.2} s {lasts}", event.start_s) + &certain.unwrap_or_default()
+            format!("{letter} {}{}", event.told, certain.unwrap_or_default())
         })
     };
     if let Some((reply, answer)) = pair.supposed.as_ref().zip(pair.answer()) {
@@ -170,22 +194,22 @@ pub(super) fn event(pair: &EventPair) -> String {
             .into_iter()
             .chain(recorded)
             .chain([supposed]);
-        return format!("{}: {}", pair.what(), all.collect::<Vec<_>>().join("; "));
+        return format!(": {}", all.collect::<Vec<_>>().join("; "));
     }
     let sides: Vec<String> = side("A", &pair.a)
         .into_iter()
         .chain(side("B", &pair.b))
         .collect();
-    let only = match (&pair.a, &pair.b) {
-        (Some(_), None) if pair.is_open_elsewhere => word!(", in A; B cannot be computed there"),
-        (None, Some(_)) if pair.is_open_elsewhere => word!(", in B; A cannot be computed there"),
-        (Some(_), None) if pair.is_only => word!(", only in A"),
-        (None, Some(_)) if pair.is_only => word!(", only in B"),
-        (Some(_), None) => word!(", in A"),
-        (None, Some(_)) => word!(", in B"),
-        _ => "",
+    let only = match (pair.a.is_some(), pair.elsewhere) {
+        (_, Elsewhere::There | Elsewhere::Told) => "",
+        (true, Elsewhere::Open) => word!(", in A; B cannot be computed there"),
+        (false, Elsewhere::Open) => word!(", in B; A cannot be computed there"),
+        (true, Elsewhere::Absent) => word!(", only in A"),
+        (false, Elsewhere::Absent) => word!(", only in B"),
+        (true, Elsewhere::Unknown) => word!(", in A"),
+        (false, Elsewhere::Unknown) => word!(", in B"),
     };
-    format!("{}{only}: {}", pair.what(), sides.join("; "))
+    format!("{only}: {}", sides.join("; "))
 }
 
 /// Of which rows the figures are.
@@ -216,7 +240,10 @@ fn add_series(comparison: &Comparison, all: bool, text: &mut String) {
     );
     let mut counted = (String::new(), 0);
     let shown = series.columns.iter();
-    let shown = shown.filter(|column| !column.is_variance() && (all || !column.is_derivative()));
+    let is_shown = |column: &&SeriesDifference| {
+        !column.is_variance() && (all || (column.differs() && !column.is_derivative()))
+    };
+    let shown = shown.filter(is_shown);
     for column in shown {
         if within(&mut counted, &column.unit, most) {
             let relative = column
@@ -242,4 +269,43 @@ fn within(counted: &mut (String, usize), unit: &str, most: usize) -> bool {
     }
     counted.1 += 1;
     counted.1 <= most
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::events::{Bound, EventKind};
+
+    /// A wheel off the ground, the tipping and the tip-over were three lines of the same numbers.
+    #[test]
+    fn events_that_differ_in_what_happened_alone_are_on_one_line() {
+        let pair = |kind: EventKind, subject: &str, start_s: f64| EventPair {
+            kind,
+            subject: subject.into(),
+            a: Some(EventSide {
+                start_s,
+                start_sigma_s: None,
+                start_bound: Bound::At,
+                duration_s: None,
+                end_bound: Bound::At,
+                told: format!("from t = {start_s} s"),
+                worst: None,
+                unit: String::new(),
+                certainty: None,
+            }),
+            b: None,
+            elsewhere: Elsewhere::Absent,
+            supposed: None,
+        };
+        let mut pairs = vec![
+            pair(EventKind::WheelLift, "fr", 4.5),
+            pair(EventKind::WheelLight, "rr", 2.9),
+            pair(EventKind::EdgeTipping, "left", 4.5),
+            pair(EventKind::TipOver, "left", 4.5),
+        ];
+        assert_eq!(events(&pairs).len(), 2);
+        // what a reader is not told of is on none
+        pairs[1].elsewhere = Elsewhere::Told;
+        assert_eq!(events(&pairs).len(), 1);
+    }
 }

@@ -1,12 +1,13 @@
 //! Measured loads of supports whose samples are too far apart for the estimator, each held until the next one.
 
+use tipwatch_mechanics::estimation::plausibility::are_shown_to_be_measured;
 use tipwatch_mechanics::estimation::sorted_stamps;
 use tipwatch_mechanics::machine::{ForceSource, Machine};
 use tipwatch_mechanics::state::{NumberKind, Sensor, Sensors};
 
 use super::recording::Recording;
 
-/// How long a sample holds, as a multiple of the median time between two.
+/// Time for which a sample holds, as a multiple of the median time between two.
 const HOLDS_PERIODS: f64 = 1.5;
 /// A sample never holds longer (ns): a jack lifts within seconds.
 const LONGEST_NS: f64 = 3e9;
@@ -21,13 +22,13 @@ pub(crate) struct HeldForces {
 struct HeldForce {
     /// Index of the actuated joint.
     joint: usize,
-    /// Stamps (ns), rising, and forces (N).
+    /// Stamps (ns), rising, and forces (N); NaN where nothing shows that the force is measured.
     samples: Vec<(i64, f64)>,
     period_ns: i64,
 }
 
 impl HeldForces {
-    /// Those among the recordings of these sensors.
+    /// Collects the forces that are held, among the recordings of these sensors.
     pub(super) fn of<'r>(
         machine: &Machine,
         sensors: &Sensors,
@@ -57,6 +58,11 @@ impl HeldForces {
                 .map(|(at, &stamp)| (stamp, factor * reader.sample(at)[0]))
                 .collect();
             samples.sort_by_key(|(stamp, _)| *stamp);
+            // as of those that are sampled often enough, which split the load
+            let shown = are_shown_to_be_measured(machine, &samples);
+            for ((_, force), is_shown) in samples.iter_mut().zip(shown) {
+                *force = if is_shown { *force } else { f64::NAN };
+            }
             Some(HeldForce {
                 joint: of_joint.joint,
                 samples,

@@ -19,7 +19,7 @@ pub(crate) struct LinkageForce {
     pub(crate) linkage: usize,
     /// Its topic; for pressures, that of the piston side.
     pub(crate) topic: String,
-    /// The force, or why the log does not have it.
+    /// The force, or the reason why the log does not have it.
     pub(crate) series: Result<Series>,
 }
 
@@ -64,7 +64,7 @@ impl<'a> Clocks<'a> {
     pub(super) fn of(file: &'a MachineFile, loaded: &'a LoadedLog) -> Self {
         let first = loaded.signals.first();
         Self {
-            time_base: first.map(|signal| &signal.recording.time_base),
+            time_base: first.map(|signal| &signal.recording.reading.time_base),
             offsets_s: &file.spec.clock.offset,
         }
     }

@@ -39,7 +39,8 @@ pub struct LoadedLog {
     pub matched: MatchedSensors,
     /// Each sensor's topic and samples.
     pub signals: Arc<Vec<Signal>>,
-    /// The same of each signal from which the state is not estimated: what tells which supports are on the ground, load sensors.
+    /// Topic and samples of each signal from which the state is not estimated: those that tell which supports are on the ground,
+    /// load sensors.
     pub beside: Vec<Signal>,
     /// Parts of the log that were lost.
     pub losses: Losses,
@@ -49,22 +50,22 @@ pub struct LoadedLog {
     pub notes: Vec<String>,
     /// The time that the recording covers, by the times of the log.
     pub span: RecordingSpan,
-    /// When which supports are on the ground; `None` if they are always the same.
+    /// Supports on the ground over time; `None` if they are always the same.
     pub(crate) supports: Option<SupportTimeline>,
-    /// What a monitor that recorded the log knew of its signals.
+    /// Doubts about signals of the monitor that recorded the log.
     pub(crate) signal_doubts: SignalDoubts,
     /// Forces of supports that are measured too slowly for the estimator.
     pub(super) held_forces: HeldForces,
 }
 
-/// What a monitor knew of signals that fail visibly, where it recorded the log.
+/// Doubts of a monitor about signals that fail visibly, where it recorded the log.
 #[derive(Debug, Default)]
 pub(crate) struct SignalDoubts {
-    /// Those that its session began by doubting.
+    /// Signals that the session began by doubting.
     pub(crate) inherited: Vec<SignalDoubt>,
-    /// Where joints were in the session before.
+    /// Positions of joints in the session before.
     pub(crate) positions: Vec<KnownPosition>,
-    /// Those that somebody trusted again, by time of the row (ns), in order.
+    /// Signals that somebody trusted again, by time of the row (ns), in order.
     pub(crate) trusted: Vec<(i64, Proofs)>,
 }
 
@@ -130,7 +131,7 @@ impl LoadedLog {
 /// A sensor, its topic and its samples.
 #[derive(Debug, Clone)]
 pub struct Signal {
-    /// Which sensor.
+    /// The sensor.
     pub sensor: Sensor,
     /// "joint_states", "imu", "odometry", "tool_wrench" or "actuator".
     pub name: &'static str,
@@ -141,7 +142,7 @@ pub struct Signal {
     pub topic: String,
     /// Type of its messages.
     pub type_name: String,
-    /// Why this topic was chosen.
+    /// Reason why this topic was chosen.
     pub why: String,
     /// The samples.
     pub recording: Recording,
@@ -165,10 +166,10 @@ pub fn load(
     load_within(log, file, estimator, MOST_IN_MEMORY, progress)
 }
 
-/// The same with at most `most_in_memory` values in memory.
+/// Loads a log as [`load`] does, with at most `most_in_memory` values in memory.
 ///
 /// # Errors
-/// The same as for [`load`].
+/// As for [`load`].
 pub fn load_within(
     log: &Log,
     file: &MachineFile,
@@ -210,7 +211,7 @@ pub fn load_within(
             recording.shift(offset_s);
         }
         if recording.stamps_ns.is_empty() && joints.is_some() {
-            let refusal = recording.refusal().map(ToString::to_string);
+            let refusal = recording.reading.refusal().map(ToString::to_string);
             bail!(
                 "{}: topic {}: expected joint states, found {}",
                 log.path().display(),
@@ -283,13 +284,13 @@ pub fn load_within(
     };
     let of_signals = (loaded.signals.iter()).map(|signal| (signal.sensor, &signal.recording));
     loaded.held_forces = HeldForces::of(&loaded.machine, &loaded.matched.sensors, of_signals);
-    let mut recordings = loaded.signals.iter().map(|signal| &signal.recording);
+    let mut readings = (loaded.signals.iter()).map(|signal| &signal.recording.reading);
     loaded.supports = supports::read(
         log,
         file,
         &loaded.machine,
         loaded.start_ns(),
-        recordings.next().map(|recording| &recording.time_base),
+        readings.next().map(|reading| &reading.time_base),
     );
     loaded.notes.extend(unmeasured(&loaded.signals));
     loaded.notes.extend(filled_velocities(&loaded));
@@ -300,7 +301,7 @@ pub fn load_within(
     Ok(loaded)
 }
 
-/// What tells a sensor from the others: its key, with the names of its joints or of its actuator.
+/// Returns the name that identifies a sensor among the others: its key, with the names of its joints or of its actuator.
 fn subject(sensor: Sensor, key: &str, sensors: &Sensors, machine: &Machine) -> String {
     match sensor {
         Sensor::Joints(stream) if sensors.joints.len() > 1 => {

@@ -1,4 +1,4 @@
-//! From the clock of an analysis back to the times of the log.
+//! Conversion from the clock of an analysis back to the times of the log.
 
 /// Distance of two points (ns): between them both clocks are taken to run evenly.
 const SPACING_NS: i64 = 100_000_000;

@@ -4,10 +4,7 @@ use std::io;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
-use tipwatch_ingest::{
-    ClockFinding, Placement, SensorReading, StampCorrection, StampDecision, TimeBase,
-    TopicStatistics, Treatment,
-};
+use tipwatch_ingest::{Placement, SensorReading};
 use tipwatch_mechanics::estimation::{FilledVelocities, HeldValues, Together};
 
 use super::log_times::LogTimes;
@@ -20,28 +17,14 @@ const CHUNK: usize = 1024;
 /// the same samples, at stamps of its own.
 #[derive(Debug, Clone)]
 pub struct Recording {
-    /// The time source, and why it was chosen.
-    pub clock: StampDecision,
-    /// How the stamps were mapped to the clock of the log.
-    pub correction: StampCorrection,
-    /// Findings about the clocks.
-    pub findings: Vec<ClockFinding>,
-    /// The common clock of all sensors of the log.
-    pub time_base: TimeBase,
+    /// Other results of reading the log; the samples are already placed on its clock, and those without a usable stamp omitted.
+    pub reading: SensorReading,
     /// Time of measurement of each sample, on the clock of the log.
     pub stamps_ns: Vec<i64>,
-    /// When the recorder received the first and the last sample (ns); `None` without samples.
+    /// Times at which the recorder received the first and the last sample (ns); `None` without samples.
     pub log_span_ns: Option<(i64, i64)>,
     /// The times of the log at the times of measurement.
     pub log_times: LogTimes,
-    /// Rates, gaps and offsets of the stamps.
-    pub statistics: TopicStatistics,
-    /// Messages that could not be decoded.
-    pub undecodable: u64,
-    /// Messages without a usable stamp, which are omitted.
-    pub unstamped: u64,
-    /// Messages without any number of the sample, which are omitted.
-    pub without_value: u64,
     samples: Arc<Samples>,
     /// Whether the samples arrived in file order.
     arrived_in_order: bool,
@@ -57,17 +40,10 @@ impl Recording {
     /// A temporary file cannot be read or written.
     pub(super) fn new(reading: SensorReading, mut samples: Samples) -> io::Result<Self> {
         let mut recording = Self {
-            clock: reading.clock,
-            correction: reading.correction,
-            findings: reading.findings,
-            time_base: reading.time_base,
             stamps_ns: Vec::with_capacity(reading.samples),
+            reading,
             log_span_ns: None,
             log_times: LogTimes::default(),
-            statistics: reading.statistics,
-            undecodable: reading.undecodable,
-            unstamped: reading.unstamped,
-            without_value: reading.without_value,
             samples: Arc::default(),
             arrived_in_order: true,
             held: None,
@@ -76,6 +52,7 @@ impl Recording {
         let mut last = Arrival::default();
         let mut omitted = Vec::new();
         let Self {
+            reading,
             stamps_ns,
             log_span_ns,
             log_times,
@@ -112,20 +89,13 @@ impl Recording {
         Ok(recording)
     }
 
-    /// Why the samples cannot be put on the clock of the log, if so.
-    #[must_use]
-    pub fn refusal(&self) -> Option<&ClockFinding> {
-        let is_refusal = |finding: &&ClockFinding| finding.treatment == Treatment::Refused;
-        self.findings.iter().find(is_refusal)
-    }
-
     /// The number of samples.
     #[must_use]
     pub fn len(&self) -> usize {
         self.stamps_ns.len()
     }
 
-    /// Whether there is no sample.
+    /// Whether the recording has no sample.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.stamps_ns.is_empty()
@@ -236,7 +206,7 @@ impl Recording {
         self.samples = Arc::default();
     }
 
-    /// Whether its first number has shown two finite values.
+    /// Whether the first number of the samples has shown two finite values.
     pub(crate) fn has_changed(&self) -> bool {
         let mut reader = self.reader();
         let numbers = (0..self.len()).map(|index| reader.sample(index)[0]);
@@ -281,7 +251,7 @@ impl Recording {
         self.arrived_in_order
     }
 
-    /// Why samples could not be read, if a [`SampleReader`] met that.
+    /// Returns the error for which a [`SampleReader`] could not read samples, if there was one.
     #[must_use]
     pub fn failure(&self) -> Option<&str> {
         self.failure.get().map(String::as_str)

@@ -23,7 +23,7 @@ pub(super) struct SampleStore {
     failure: Option<io::Error>,
 }
 
-/// What is known of a sensor before its samples are read.
+/// Properties of a sensor that are known before its samples are read.
 #[derive(Debug)]
 pub(super) struct Expected {
     /// The number of messages, by the index of the log; zero where it is unknown.
@@ -39,25 +39,24 @@ pub(super) struct Samples {
     pub(super) width: usize,
     /// The values, sample after sample.
     pub(super) values: Column<f64>,
-    /// Of each sample, its [`Times`].
+    /// [`Times`] of each sample.
     pub(super) times: Column<i64>,
     /// Velocities that the driver of joint states fills in; NaN takes their place in `values`.
     pub(super) filled_velocities: Option<FilledVelocities>,
 }
 
-/// When a sample was measured (ns), sent (ns) and received by the recorder (ns), and its position among the messages
-/// read.
+/// Times of a sample: measured (ns), sent (ns), received by the recorder (ns), and its position among the messages read.
 pub(super) type Times = [i64; 4];
 
 /// Log time (ns), and position among the messages read.
 pub(super) type Arrival = [i64; 2];
 
-/// When a sample was received.
+/// Returns the time at which a sample was received, and its position among the messages read.
 pub(super) fn arrival([.., log_ns, order]: Times) -> Arrival {
     [log_ns, order]
 }
 
-/// The times as the log has them.
+/// Returns the times of a message as the log has them.
 pub(super) fn message_times([header_ns, publish_ns, log_ns, _]: Times) -> MessageTimes {
     MessageTimes {
         header_stamp_ns: Some(header_ns).filter(|&stamp| stamp != NO_STAMP),

@@ -10,10 +10,10 @@ use tipwatch_ingest::{Log, Topic, TopicId, metadata_records};
 
 use crate::base::clip;
 
-/// A topic with fewer messages is no stream: it says something once, or when something happens.
+/// A topic with fewer messages is no stream: its messages come once, or at single occasions.
 const LEAST_STREAM: u64 = 10;
 
-/// First and last log time of a recording (ns); `None` where only the used topics tell.
+/// First and last log time of a recording (ns); `None` where only the used topics determine it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RecordingSpan {
     /// The first.

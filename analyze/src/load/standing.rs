@@ -9,7 +9,7 @@ use super::supports::SupportTimeline;
 pub(crate) struct Standing<'a> {
     machine: &'a Machine,
     timeline: Option<&'a SupportTimeline>,
-    /// By set of the timeline; `None` for one on which the machine cannot stand.
+    /// Machine on each set of the timeline; `None` for a set on which the machine cannot stand.
     on_sets: Vec<Option<Machine>>,
 }
 

@@ -1,4 +1,4 @@
-//! Which supports are on the ground when: from signals, spans of time and measured loads.
+//! Supports on the ground over time: from signals, spans of time and measured loads.
 
 use anyhow::Result;
 use tipwatch_binding::{MachineFile, number_field};
@@ -17,12 +17,12 @@ use crate::base::error_text::error_text;
 /// Times (ns) from which on a status holds, rising; the first is `i64::MIN`.
 type Course = Vec<(i64, Status)>;
 
-/// Why it is unknown which supports are on the ground.
+/// Reason why it is unknown which supports are on the ground.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Unknown {
-    /// By what is told of the supports.
+    /// The reports on the supports leave the set unknown.
     Ground(GroundGap),
-    /// The machine cannot stand on what is reported.
+    /// The machine cannot stand on the reported supports.
     Impossible(String),
 }
 
@@ -39,7 +39,7 @@ pub(crate) struct SupportSpan {
     pub(crate) set: Result<usize, Unknown>,
 }
 
-/// When which supports are on the ground.
+/// Supports on the ground over time.
 #[derive(Debug, Clone)]
 pub(crate) struct SupportTimeline {
     /// The different sets.
@@ -51,7 +51,7 @@ pub(crate) struct SupportTimeline {
 }
 
 impl SupportTimeline {
-    /// The timeline by what was known in each row, at rising times (ns).
+    /// Builds the timeline from the set known in each row, at rising times (ns).
     pub(crate) fn of_rows(
         supports: &Supports,
         rows: impl Iterator<Item = (i64, Result<GroundSet, GroundGap>)>,
@@ -93,7 +93,7 @@ impl SupportTimeline {
     }
 }
 
-/// Where a set is among those known; a new one becomes the last.
+/// Returns the index of a set among those known; a new one becomes the last.
 fn place_of(set: GroundSet, sets: &mut Vec<GroundSet>) -> usize {
     let known = sets.iter().position(|other| *other == set);
     known.unwrap_or_else(|| {
@@ -236,7 +236,8 @@ fn by_samples(samples: &[(i64, f64)], above: f64, max_age_s: f64) -> Course {
     course
 }
 
-/// What is told of a support, but where it is told not to be set while its measured load says that it is.
+/// Combines the reported status of a support with its measured load: a support reported as not set counts as set while its load
+/// says so.
 fn carrying(told: &Course, load: &Course) -> Course {
     let mut times: Vec<i64> = told.iter().chain(load).map(|(from, _)| *from).collect();
     times.sort_unstable();
@@ -283,7 +284,7 @@ fn keep_set(course: &mut Course, others: &[Course]) {
     *course = kept;
 }
 
-/// The set of supports at all times, from what is known about each.
+/// Builds the set of supports at all times from the status of each.
 fn timeline(supports: &Supports, courses: &[Course]) -> SupportTimeline {
     let mut times: Vec<i64> = courses.iter().flatten().map(|(from, _)| *from).collect();
     times.sort_unstable();

@@ -88,7 +88,7 @@ impl MeasuredLoads {
         }
     }
 
-    /// Whether there are none.
+    /// Whether no load is measured.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.sensors.is_empty()

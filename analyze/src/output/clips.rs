@@ -15,7 +15,7 @@ use crate::events::{Event, EventKind};
 /// Folder of the clips, in the output folder.
 pub(crate) const CLIPS: &str = "clips";
 
-/// Which clips to cut.
+/// Options for cutting clips.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ClipOptions {
     /// Time before the start of an event (s).
@@ -140,7 +140,7 @@ fn gravity(kind: EventKind) -> u8 {
     }
 }
 
-/// What a clip says of where it comes from.
+/// Returns the record of where a clip comes from.
 fn origin(analysis: &Analysis, span: &Span<'_>) -> MetadataRecord {
     let mut values = BTreeMap::from([
         ("tipwatch_version".into(), env!("CARGO_PKG_VERSION").into()),

@@ -1,4 +1,4 @@
-//! The custody record of an output folder, `custody.json`: what went in, what ran, what came out.
+//! The custody record of an output folder, `custody.json`: inputs, program and outputs.
 //!
 //! The time of the analysis is here alone, so that every other output is the same bytes when the analysis is
 //! repeated.
@@ -23,7 +23,7 @@ pub const RECORD: &str = "custody.json";
 /// Version of the record's keys.
 const SCHEMA: u32 = 1;
 
-/// Who asked for an analysis, and how.
+/// Origin of an analysis: who asked for it, and how.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Origin {
     /// The command line as typed, the program first.
@@ -59,9 +59,9 @@ pub struct Custody {
     pub machine_file: String,
     /// Every file that was read.
     pub inputs: Vec<Input>,
-    /// What a recovered log was recovered from, the original first.
+    /// Logs that a recovered log was recovered from, the original first.
     pub recovered_from: Vec<RecoveredFrom>,
-    /// What reading the log has cost, for each of its files in a bucket or on a server.
+    /// Requests and bytes that reading the log took, for each of its files in a bucket or on a server.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub transfers: Vec<FileTransfer>,
     /// Every file that was written, but this one. Paths are relative to the folder of this record.
@@ -87,12 +87,12 @@ pub struct Files<'a> {
     pub policy: Option<&'a Path>,
     /// Names of the files that were written.
     pub written: &'a [&'a str],
-    /// What reading the log has cost, for each of its files in a bucket or on a server.
+    /// Requests and bytes that reading the log took, for each of its files in a bucket or on a server.
     pub transfers: &'a [FileTransfer],
 }
 
 impl Origin {
-    /// Notes it in the provenance of an analysis.
+    /// Notes the origin in the provenance of an analysis.
     pub fn note(&self, analysis: &mut Analysis) {
         let provenance = &mut analysis.provenance;
         provenance.command_line.clone_from(&self.command_line);
@@ -227,7 +227,7 @@ impl Custody {
     }
 }
 
-/// How a file differs from its record; `None` if it does not.
+/// Describes the difference of a file from its record; `None` if there is none.
 fn change(path: &Path, recorded: &FileHash) -> Option<String> {
     if Location::is_remote_path(path) {
         return change_of_object(path, recorded);
@@ -243,7 +243,7 @@ fn change(path: &Path, recorded: &FileHash) -> Option<String> {
     }
 }
 
-/// How a file of a bucket or server differs from its record: by its length and the tag of its version.
+/// Describes the difference of a file of a bucket or server from its record: by its length and the tag of its version.
 fn change_of_object(path: &Path, recorded: &FileHash) -> Option<String> {
     let object = match Location::of(path).and_then(|location| Object::open(&location)) {
         Ok(object) => object,

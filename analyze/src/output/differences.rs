@@ -1,4 +1,4 @@
-//! How two versions of an output differ: by key of a document, by column of a table, else by byte.
+//! Differences between two versions of an output: by key of a document, by column of a table, else by byte.
 
 use std::fs;
 use std::path::Path;
@@ -12,7 +12,7 @@ use crate::tables::table::Column;
 /// Differences that are named; the rest is counted.
 const MOST_NAMED: usize = 5;
 
-/// How the second file differs from the first, as a sentence; `None` if it has the same bytes.
+/// Describes the difference of the second file from the first in a sentence; `None` if both have the same bytes.
 ///
 /// # Errors
 /// A file cannot be read.

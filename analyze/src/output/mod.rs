@@ -111,9 +111,9 @@ pub fn finish(analysis: &Analysis, sinks: Sinks, folder: &Path) -> Result<Writte
 /// The files of an analysis.
 #[derive(Debug)]
 pub struct Written {
-    /// Their names.
+    /// Names of the files.
     pub files: Vec<&'static str>,
-    /// What the report drew.
+    /// Sketch of the report.
     pub sketch: Option<Sketch>,
 }
 

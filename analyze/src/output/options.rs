@@ -1,4 +1,4 @@
-//! Which files an analysis writes, and how fine.
+//! Files that an analysis writes, and how fine.
 
 use crate::base::options::{DerivedRows, Precision};
 

@@ -1,5 +1,4 @@
-//! What takes the rows of an analysis while they are computed: the table of samples, the report's sketch, and the
-//! derived log.
+//! Sinks for the rows of an analysis while they are computed: the table of samples, the report's sketch, and the derived log.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -26,7 +25,7 @@ use crate::tables::samples;
 pub struct Sinks {
     pub(super) options: OutputOptions,
     pub(super) samples: SamplesFile,
-    /// What only the whole set of files has.
+    /// Outputs that only the whole set of files has.
     pub(super) documents: Option<Documents>,
 }
 
@@ -37,7 +36,7 @@ pub(super) struct Documents {
 }
 
 impl Sinks {
-    /// Before the first row. Creates the folder if it is missing.
+    /// Begins the files before the first row, and creates the folder if it is missing.
     ///
     /// # Errors
     /// The folder or a file in it cannot be created.

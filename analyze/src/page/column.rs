@@ -7,7 +7,11 @@ use serde::Serialize;
 /// The numbers of all curves of a page, column after column. Of a column, the first bytes of all its numbers come
 /// first, then the second ones, and so on: those of a kind compress together.
 #[derive(Debug, Default)]
-pub(crate) struct Columns(RefCell<Vec<u8>>);
+pub(crate) struct Columns {
+    bytes: RefCell<Vec<u8>>,
+    /// Low bits of a value that are left out, of the 23 behind its first one.
+    left_out: u32,
+}
 
 /// A whole column, as `type:first byte:number of numbers`; the page's script reads it.
 #[derive(Debug, Clone, Serialize)]
@@ -16,12 +20,28 @@ pub(crate) struct Column(String);
 
 /// Length of a tick of the page's times (s).
 const TICK_S: f64 = 1e-4;
+/// Bits beyond what a reader is told: values are right to one in sixty thousand, of which the page tells four digits. What is left
+/// out is a whole byte of each, mostly noise: a third of the packed size.
+const BEYOND_A_READER: u32 = 8;
+/// Bits that a picture does without: values are right to one in eight thousand, and pack to two thirds.
+const BEYOND_A_PICTURE: u32 = 11;
 
 impl Columns {
-    /// No numbers, with room for the curves of so many points.
+    /// No numbers, with room for the curves of so many points; values are as precise as a reader is told them.
     pub(crate) fn with_room(points: usize) -> Self {
         // a time and a value
-        Self(RefCell::new(Vec::with_capacity(points * 8)))
+        Self {
+            bytes: RefCell::new(Vec::with_capacity(points * 8)),
+            left_out: BEYOND_A_READER,
+        }
+    }
+
+    /// With values as precise as a picture needs, for one of many pages.
+    pub(crate) fn pictured(self) -> Self {
+        Self {
+            left_out: BEYOND_A_PICTURE,
+            ..self
+        }
     }
 
     /// The columns of values over times (s from the first row). Times are 32-bit ticks up to five days, each less the one
@@ -38,7 +58,7 @@ impl Columns {
         };
         let drawn = |&value: &f64| {
             if value.is_finite() {
-                value as f32
+                rounded(value as f32, self.left_out)
             } else {
                 f32::NAN
             }
@@ -52,7 +72,7 @@ impl Columns {
         type_name: &str,
         numbers: impl ExactSizeIterator<Item = [u8; N]>,
     ) -> Column {
-        let mut bytes = self.0.borrow_mut();
+        let mut bytes = self.bytes.borrow_mut();
         let (first, count) = (bytes.len(), numbers.len());
         let numbers: Vec<[u8; N]> = numbers.collect();
         for rank in 0..N {
@@ -63,13 +83,35 @@ impl Columns {
 
     /// The bytes.
     pub(super) fn bytes(&self) -> Ref<'_, [u8]> {
-        Ref::map(self.0.borrow(), Vec::as_slice)
+        Ref::map(self.bytes.borrow(), Vec::as_slice)
     }
+}
+
+/// A number without so many of its low bits.
+fn rounded(value: f32, left_out: u32) -> f32 {
+    let half = (1 << left_out) >> 1;
+    f32::from_bits((value.to_bits() + half) >> left_out << left_out)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_reader_has_five_digits_and_a_picture_four() {
+        for value in [12_345.679_f32, -0.001_234_567, 3e-38, 0.0] {
+            assert_eq!(rounded(value, 0), value);
+            let read = rounded(value, BEYOND_A_READER);
+            assert!((read - value).abs() <= 1.6e-5 * value.abs(), "{value}");
+            let pictured = rounded(value, BEYOND_A_PICTURE);
+            assert!((pictured - value).abs() <= 1.3e-4 * value.abs(), "{value}");
+            assert_eq!(pictured.to_bits().trailing_zeros().min(11), 11);
+        }
+        let columns = Columns::default().pictured();
+        let (_, values) = columns.curve(&[0.0, 1.0], &[1.000_1, f64::NAN]);
+        let expected = [1.0_f32, f32::NAN].map(f32::to_le_bytes).concat();
+        assert_eq!(read(&columns, &values), ("f32".into(), expected));
+    }
 
     /// The type of a column, and its bytes in order.
     fn read(columns: &Columns, column: &Column) -> (String, Vec<u8>) {

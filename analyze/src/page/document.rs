@@ -7,7 +7,7 @@ use tipwatch_language::{say, tag, word};
 use super::column::Columns;
 use super::figure::Figure;
 use super::glossary::glossary;
-use super::packed::{packed_bytes, packed_json, small_json};
+use super::packed::{packed_bytes, packed_json, small_bytes, small_json};
 
 const STYLE: &str = include_str!("style.css");
 const UNPACK_SCRIPT: &str = include_str!("unpack.js");
@@ -30,7 +30,7 @@ pub(crate) struct Plots<'a> {
     pub(crate) figures: &'a [Figure],
     /// The numbers of their curves.
     pub(crate) columns: &'a Columns,
-    /// What draws them, and the rest of the page's scripts.
+    /// Scripts that draw the figures, and the rest of the page's scripts.
     pub(crate) scripts: Scripts<'a>,
     /// The data that a script of the page reads.
     pub(crate) data: &'a Markup,
@@ -50,7 +50,7 @@ fn scripts_with(own: &str) -> [&str; 4] {
     [UNPACK_SCRIPT, own, FIGURES_SCRIPT, PAGE_SCRIPT]
 }
 
-/// The same as one file.
+/// Returns the scripts as one file.
 pub(crate) fn library(own: &str) -> String {
     scripts_with(own).join("\n")
 }
@@ -61,7 +61,7 @@ impl Document<'_> {
         self.render_with(content, None)
     }
 
-    /// The same with a program of its own.
+    /// Renders the whole page with a program of its own.
     pub(crate) fn render_with(&self, content: &Markup, program: Option<&Program>) -> String {
         let page = html! {
             (DOCTYPE)
@@ -146,8 +146,17 @@ impl Render for Plots<'_> {
     fn render_to(&self, page: &mut String) {
         let columns = self.columns.bytes();
         page.reserve(self.data.0.len() + columns.len());
-        packed_json(page, "figures", &self.figures);
-        packed_bytes(page, "columns", &columns);
+        match self.scripts {
+            Scripts::Within(_) => {
+                packed_json(page, "figures", &self.figures);
+                packed_bytes(page, "columns", &columns);
+            }
+            // one of many
+            Scripts::Beside(_) => {
+                small_json(page, "figures", &self.figures);
+                small_bytes(page, "columns", &columns);
+            }
+        }
         self.data.render_to(page);
         match self.scripts {
             Scripts::Within(own) => {

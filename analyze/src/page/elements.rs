@@ -19,10 +19,17 @@ pub(crate) fn table<C: Render>(head: &[impl Render], rows: &[Vec<C>]) -> Markup 
         div.wide tabindex="0" {
             table {
                 thead { tr { @for cell in head { th scope="col" { (cell) } } } }
-                tbody { @for row in rows { tr { @for cell in row { td { (cell) } } } } }
+                tbody { @for row in rows { tr { @for cell in row { (data(cell)) } } } }
             }
         }
     }
+}
+
+/// A cell of a table; a number is never broken within.
+fn data(cell: &impl Render) -> Markup {
+    let text = cell.render();
+    let is_number = text.0.replace(',', ".").parse::<f64>().is_ok();
+    html! { td class=[is_number.then_some("whole")] { (text) } }
 }
 
 /// A table of rows that state the head of each of their cells; nothing without rows.
@@ -89,6 +96,16 @@ pub(crate) fn bars(bars: &[Bar]) -> Markup {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// "10.28" stood as "10.2" above "8" on paper, where words are broken wherever a column is narrow.
+    #[test]
+    fn numbers_are_never_broken_within() {
+        let cells = vec!["10.28", "-1,5", "above 99.9 %", "RL"];
+        let html = table(&["a", "b", "c", "d"], &[cells]).into_string();
+        let whole = ["10.28", "-1,5"].map(|number| format!("<td class=\"whole\">{number}</td>"));
+        assert!(whole.iter().all(|cell| html.contains(cell)), "{html}");
+        assert_eq!(html.matches("whole").count(), 2);
+    }
 
     #[test]
     fn hostile_text_stays_text() {

@@ -18,7 +18,7 @@ pub(crate) struct Figure {
     /// The part of the page that shows it.
     #[serde(skip)]
     pub(crate) part: &'static str,
-    /// What the vertical axis shows, with its unit.
+    /// Quantity of the vertical axis, with its unit.
     unit: String,
     /// Height of the plot without its legend (pixels).
     height: usize,
@@ -33,7 +33,7 @@ pub(crate) struct Figure {
     lanes: Vec<String>,
 }
 
-/// What is drawn of a trace.
+/// Look of a trace.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Look {
@@ -56,9 +56,9 @@ pub(crate) struct Trace {
     colour: usize,
     /// Index of the dash pattern; 0 is solid.
     dash: usize,
-    /// Whether it is hidden until a reader asks for it.
+    /// Whether the trace is hidden until a reader asks for it.
     hidden: bool,
-    /// Whether it has a place in the legend.
+    /// Whether the trace has a place in the legend.
     named: bool,
     /// Whether areas carry a pattern, so that they can be told apart without colour.
     hatched: bool,
@@ -119,7 +119,7 @@ impl Figure {
         self.lanes.push(name.into());
     }
 
-    /// What it shows, for those who do not see it: its title, and the course of the curves that are drawn at first.
+    /// Describes the figure for readers who do not see it: its title, and the course of the curves that are drawn at first.
     fn told(&self) -> String {
         let shown = self.traces.iter().filter(|trace| !trace.hidden);
         let curves = shown.filter_map(|trace| trace.told.as_deref());
@@ -216,7 +216,7 @@ pub(crate) fn figures(figures: &[Figure], part: &str) -> Markup {
     }
 }
 
-/// How the figures are used, once for a page, with the texts of their script.
+/// Renders the help on the figures, once for a page, with the texts of their script.
 pub(crate) fn figures_help() -> Markup {
     html! {
         p.hint.screen id="plots-help" data-unknown=(word!("unknown"))

@@ -1,4 +1,4 @@
-//! What all HTML pages share: the frame of a page, tables, figures, numbers as text, the glossary.
+//! Parts of all HTML pages: the frame of a page, tables, figures, numbers as text, the glossary.
 
 mod chart;
 mod column;
@@ -19,6 +19,6 @@ pub(crate) use figure::{Figure, Look, MOST_POINTS, Trace, figures, figures_help}
 pub(crate) use glossary::glossary;
 
 pub(crate) use crate::base::number::{
-    band, count_of, input_in_words, number, or_dash, percent, probability, readable, short, time,
+    band, input_in_words, logs, number, or_dash, percent, probability, readable, short, time,
     with_band, with_unit,
 };

@@ -16,7 +16,7 @@ pub(super) fn packed_json(page: &mut String, id: &'static str, data: &impl Seria
     packed_json_at(page, id, data, LEVEL);
 }
 
-/// The same as small as it gets in reasonable time.
+/// Appends data of numbers, names and lists of them as a packed script element, as small as it gets in reasonable time.
 pub(super) fn small_json(page: &mut String, id: &'static str, data: &impl Serialize) {
     packed_json_at(page, id, data, Compression::default());
 }
@@ -32,8 +32,17 @@ fn packed_json_at(page: &mut String, id: &'static str, data: &impl Serialize, le
 
 /// Appends bytes as a packed script element.
 pub(super) fn packed_bytes(page: &mut String, id: &'static str, bytes: &[u8]) {
+    packed_bytes_at(page, id, bytes, LEVEL);
+}
+
+/// Appends bytes as a packed script element, as small as they get in reasonable time.
+pub(super) fn small_bytes(page: &mut String, id: &'static str, bytes: &[u8]) {
+    packed_bytes_at(page, id, bytes, Compression::default());
+}
+
+fn packed_bytes_at(page: &mut String, id: &'static str, bytes: &[u8], level: Compression) {
     script(page, id, |base64| {
-        let mut gzip = GzEncoder::new(base64, LEVEL);
+        let mut gzip = GzEncoder::new(base64, level);
         gzip.write_all(bytes)?;
         gzip.finish().map(drop)
     });

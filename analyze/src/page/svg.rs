@@ -7,9 +7,10 @@ use crate::base::number::number;
 
 /// The style of charts.
 pub(crate) const CHART_STYLE: &str = include_str!("svg.css");
-/// Size of a chart and its borders, in its own units.
-const WIDTH: f64 = 340.0;
-const HEIGHT: f64 = 170.0;
+/// Size of a chart and its borders, in its own units, with letters of 11.
+const SIZE: [f64; 2] = [340.0, 170.0];
+/// Size of one of four beside each other on the printed first page: its letters have 5.2 points or more there.
+const QUARTER: [f64; 2] = [260.0, 138.0];
 const LEFT: f64 = 44.0;
 const RIGHT: f64 = 8.0;
 const TOP: f64 = 8.0;
@@ -21,27 +22,38 @@ const NAME_HEIGHT: f64 = 11.0;
 /// Width of a letter of a name, and of the sample of the line before it.
 const LETTER_WIDTH: f64 = 6.2;
 const SAMPLE_WIDTH: f64 = 12.0;
-/// The floor of the drawing area.
-const FLOOR: f64 = HEIGHT - BOTTOM;
 
 /// A chart with axes; numbers outside its ranges are drawn at its edge.
 pub(crate) struct Chart {
     x: (f64, f64),
     y: (f64, f64),
-    /// The right end of the drawing area.
+    size: [f64; 2],
+    /// The right end of the drawing area, and its floor.
     end: f64,
+    floor: f64,
     body: Vec<Markup>,
     title: String,
-    /// What the chart shows, in words, for those who do not see it.
+    /// Description of the chart in words, for readers who do not see it.
     told: Vec<String>,
 }
 
 impl Chart {
     pub(crate) fn new(title: &str, x: (f64, f64), y: (f64, f64)) -> Self {
+        Self::sized(SIZE, title, x, y)
+    }
+
+    /// One of four charts beside each other on paper.
+    pub(crate) fn quarter(title: &str, x: (f64, f64), y: (f64, f64)) -> Self {
+        Self::sized(QUARTER, title, x, y)
+    }
+
+    fn sized(size: [f64; 2], title: &str, x: (f64, f64), y: (f64, f64)) -> Self {
         Self {
             x,
             y,
-            end: WIDTH - RIGHT,
+            size,
+            end: size[0] - RIGHT,
+            floor: size[1] - BOTTOM,
             body: Vec::new(),
             title: title.into(),
             told: Vec::new(),
@@ -52,7 +64,8 @@ impl Chart {
     pub(crate) fn with_names<'n>(mut self, names: impl Iterator<Item = &'n str>) -> Self {
         let longest = names.map(|name| name.chars().count()).max().unwrap_or(0);
         // a very long name is cut by the frame, and leaves the lines a half
-        self.end = (self.end - LETTER_WIDTH * longest as f64 - SAMPLE_WIDTH - 2.0).max(0.5 * WIDTH);
+        let end = self.end - LETTER_WIDTH * longest as f64 - SAMPLE_WIDTH - 2.0;
+        self.end = end.max(0.5 * self.size[0]);
         self
     }
 
@@ -63,7 +76,7 @@ impl Chart {
 
     fn at_y(&self, y: f64) -> f64 {
         let share = ((y - self.y.0) / (self.y.1 - self.y.0)).clamp(0.0, 1.0);
-        FLOOR - share * (FLOOR - TOP)
+        self.floor - share * (self.floor - TOP)
     }
 
     /// A bar, with a text that a pointer shows.
@@ -72,7 +85,7 @@ impl Chart {
         let width = (right - left - 1.0).max(0.5);
         self.told.push(text.into());
         self.body.push(html! {
-            rect class=(class) x=(tenth(left)) y=(tenth(top)) width=(tenth(width)) height=(tenth(FLOOR - top)) {
+            rect class=(class) x=(tenth(left)) y=(tenth(top)) width=(tenth(width)) height=(tenth(self.floor - top)) {
                 title { (text) }
             }
         });
@@ -117,13 +130,13 @@ impl Chart {
     /// A dashed vertical line at a value.
     pub(crate) fn guide_up(&mut self, x: f64) {
         let x = self.at_x(x);
-        self.segment("guide", [x, TOP], [x, FLOOR]);
+        self.segment("guide", [x, TOP], [x, self.floor]);
     }
 
     /// A dashed vertical line of a class at a value.
     pub(crate) fn mark_up(&mut self, x: f64, class: &str) {
         let x = self.at_x(x);
-        self.segment(class, [x, TOP], [x, FLOOR]);
+        self.segment(class, [x, TOP], [x, self.floor]);
     }
 
     /// Names of lines beside their right ends, with their values there: one above the other where they are close. The chart has
@@ -134,7 +147,7 @@ impl Chart {
         let below = NAME_HEIGHT * names.len() as f64;
         for (place, (value, name, class)) in names.into_iter().enumerate() {
             // those that follow need room, too
-            let lowest = FLOOR - below + NAME_HEIGHT * (place as f64 + 1.0) - 2.0;
+            let lowest = self.floor - below + NAME_HEIGHT * (place as f64 + 1.0) - 2.0;
             let y = (self.at_y(value) - 3.0).min(lowest).max(free);
             free = y + NAME_HEIGHT;
             let sample = self.end + 2.0;
@@ -158,7 +171,7 @@ impl Chart {
             x if x > self.end - 20.0 => "end",
             _ => "middle",
         };
-        self.text([x, FLOOR + 14.0], anchor, &decimals(text));
+        self.text([x, self.floor + 14.0], anchor, &decimals(text));
     }
 
     pub(crate) fn label_y(&mut self, y: f64, text: &str) {
@@ -167,7 +180,8 @@ impl Chart {
 
     /// The name of the horizontal axis.
     pub(crate) fn caption_x(&mut self, text: &str) {
-        self.text([(LEFT + self.end) / 2.0, HEIGHT - 5.0], "middle", text);
+        let place = [(LEFT + self.end) / 2.0, self.size[1] - 5.0];
+        self.text(place, "middle", text);
     }
 
     fn text(&mut self, [x, y]: [f64; 2], anchor: &str, text: &str) {
@@ -176,13 +190,14 @@ impl Chart {
     }
 
     pub(crate) fn finish(self) -> Markup {
+        let (floor, [width, height]) = (self.floor, self.size);
         html! {
             figure {
                 figcaption { (self.title) }
-                svg.chart viewBox=(format_args!("0 0 {WIDTH} {HEIGHT}")) role="img" aria-label=(format_args!("{}: {}", self.title, self.told.join("; "))) {
+                svg.chart viewBox=(format_args!("0 0 {width} {height}")) role="img" aria-label=(format_args!("{}: {}", self.title, self.told.join("; "))) {
                     @for part in &self.body { (part) }
-                    (segment("axis", [LEFT, FLOOR], [self.end, FLOOR]))
-                    (segment("axis", [LEFT, TOP], [LEFT, FLOOR]))
+                    (segment("axis", [LEFT, floor], [self.end, floor]))
+                    (segment("axis", [LEFT, TOP], [LEFT, floor]))
                 }
             }
         }

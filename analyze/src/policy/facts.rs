@@ -8,6 +8,7 @@ use tipwatch_ingest::{Losses, LostRange};
 use tipwatch_language::say;
 use tipwatch_mechanics::machine::Machine;
 
+use crate::analysis::calendar::Calendar;
 use crate::analysis::{Analysis, Coverage, Undecided};
 use crate::base::number::known;
 use crate::base::shared::Shared;
@@ -26,6 +27,10 @@ const MOST_FINDINGS: usize = 3;
 pub struct LogFacts {
     /// Time of the first row (ns).
     pub start_ns: i64,
+    /// Time of the first row since 1970 (ns, UTC), by the clock that stamped the signals or, where its stamps are no dates, by the
+    /// recorder's; `None` if neither tells the date. Absent from results of older versions.
+    #[serde(default)]
+    pub start_utc_ns: Option<i64>,
     /// Time of the last row (ns).
     pub end_ns: i64,
     /// Time from the first to the last row (s).
@@ -34,11 +39,11 @@ pub struct LogFacts {
     pub rows: u64,
     /// Number of valid rows.
     pub valid_rows: u64,
-    /// How much of the log's time could be computed.
+    /// Share of the log's time that could be computed.
     pub coverage: Coverage,
     /// Findings about grossly wrong inputs.
     pub gross_inputs: Vec<String>,
-    /// What else casts doubt on the computed loads, one sentence each: loads that nobody stated, measured loads that contradict
+    /// Further doubts about the computed loads, one sentence each: loads that nobody stated, measured loads that contradict
     /// them, inputs that contradict the machine file. Absent from results of older versions.
     #[serde(default)]
     pub doubts: Vec<String>,
@@ -114,7 +119,7 @@ pub struct OpenFall {
     /// The wheels off the edge, in lower case, if the tyres do not explain the rotation with all of them on the ground.
     #[serde(default)]
     pub off_edge: Vec<String>,
-    /// What was seen.
+    /// Description of the observed rotation.
     pub found: String,
 }
 
@@ -197,6 +202,7 @@ impl LogFacts {
         let gaps = gaps.filter(|event| event.kind == EventKind::InputGap);
         Self {
             start_ns,
+            start_utc_ns: Calendar::of(analysis).utc_ns(start_ns),
             end_ns,
             duration_s: (end_ns - start_ns) as f64 * 1e-9,
             rows: rows.len() as u64,
@@ -250,7 +256,7 @@ impl LogFacts {
         self.events_of(kind).is_some_and(|count| count > 0)
     }
 
-    /// Why the log decides nothing; `None` if it does. At least `min_valid` of its time must be computable.
+    /// Returns the reason why the log decides nothing; `None` if it decides. At least `min_valid` of its time must be computable.
     #[must_use]
     pub fn undecided(&self, min_valid: f64) -> Option<Undecided> {
         Undecided::of(&self.coverage, &self.gross_inputs, min_valid)
@@ -275,7 +281,7 @@ impl LogFacts {
 }
 
 impl EventFacts {
-    /// Whether it is more probable than not, and no ground that gave way explains it as well.
+    /// Whether the event is more probable than not, and no ground that gave way explains it as well.
     #[must_use]
     pub fn is_fact(&self) -> bool {
         let is_probable = |certainty: f64| certainty >= super::LEAST_OF_A_FACT;
@@ -343,7 +349,7 @@ pub fn event_facts(analysis: &Analysis) -> Vec<EventFacts> {
     facts.collect()
 }
 
-/// That there are no events of the machine is known only where loads are.
+/// Counts the events of a kind; `None` if there are none of the machine and no loads are known that would exclude them.
 fn count(analysis: &Analysis, kind: EventKind) -> Option<u64> {
     let events = analysis.events.iter();
     let count = events.filter(|event| event.kind == kind).count() as u64;

@@ -20,7 +20,7 @@ pub struct Judgement {
     pub policy_sha256: Option<String>,
     /// Whether the log satisfies every rule.
     pub passed: bool,
-    /// Why the log, or a rule, decides nothing; `None` if all do.
+    /// Reason why the log, or a rule, decides nothing; `None` if all decide.
     pub undecided: Option<String>,
     /// Outcome of each rule.
     pub rules: Vec<RuleOutcome>,
@@ -31,11 +31,11 @@ pub struct Judgement {
 pub struct RuleOutcome {
     /// Name of the rule.
     pub rule: String,
-    /// Whether it is satisfied.
+    /// Whether the rule is satisfied.
     pub passed: bool,
-    /// Whether that follows from the log. A rule that is not decided is not satisfied.
+    /// Whether the log decides the rule. A rule that is not decided is not satisfied.
     pub decided: bool,
-    /// What was expected and what was found.
+    /// Expected and found values.
     pub found: String,
 }
 
@@ -152,7 +152,7 @@ impl Rule {
         }
     }
 
-    /// Whether what the rule checks is known.
+    /// Whether the quantity that the rule checks is known.
     fn has_value(&self, facts: &LogFacts) -> bool {
         match &self.check {
             Check::Events { .. } => true,
@@ -162,7 +162,7 @@ impl Rule {
 }
 
 impl Events {
-    /// Whether the events satisfy the rule, whether they decide it, and what was expected and found.
+    /// Returns whether the events satisfy the rule, whether they decide it, and what was expected and found.
     fn judge(
         &self,
         at_most: u64,
@@ -230,7 +230,7 @@ impl Events {
         }
     }
 
-    /// Whether a fall, if it is one, would be one more than may be: a tipping about its edge, and a lift of every wheel off it.
+    /// Whether a possible fall would be one event more than allowed: a tipping about its edge, and a lift of every wheel off it.
     fn is_broken_by(&self, fall: &OpenFall, at_most: u64, events: &[EventFacts]) -> bool {
         let counted = events.iter().filter(|event| self.counts(event)).count() as u64;
         let of_it = match self.kind {

@@ -92,7 +92,7 @@ pub(super) enum WhenUnknown {
 pub enum Quantity {
     /// Smallest OTF of the valid rows as a share of the wheel's static load.
     WorstMargin,
-    /// The same minus two standard deviations.
+    /// Smallest OTF of the valid rows minus two standard deviations, as a share of the wheel's static load.
     WorstMarginLow,
     /// Smallest OTF of the valid rows (N).
     LeastOtfN,

@@ -15,8 +15,8 @@ pub(super) struct Area {
 }
 
 impl Area {
-    /// That of the supports at a row: within the contact points, and on the inner side of each line about which the machine
-    /// tips.
+    /// Returns the area of the supports at a row: within the contact points, and on the inner side of each line about which the
+    /// machine tips.
     pub(super) fn of(rows: &Table, row: usize, state: &State<f64>) -> Self {
         let Some(machine) = rows.machine_at(row) else {
             return Self::default();
@@ -47,7 +47,7 @@ impl Area {
         area
     }
 
-    /// Whether a point is in it; `None` where the supports are unknown.
+    /// Whether a point is in the area; `None` where the supports are unknown.
     pub(super) fn is_inside(&self, point: &Vector2<f64>) -> Option<bool> {
         let next = self.corners.iter().cycle().skip(1);
         let mut edges = self.corners.iter().zip(next);
@@ -56,7 +56,7 @@ impl Area {
     }
 }
 
-/// How far a point is to the left of a line, times the length of the line.
+/// Returns the distance of a point to the left of a line, times the length of the line (m²).
 fn left([from, to]: [Vector2<f64>; 2], point: &Vector2<f64>) -> f64 {
     (to - from).perp(&(point - from))
 }

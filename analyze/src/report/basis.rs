@@ -1,4 +1,4 @@
-//! What the results rest on: methods, assumptions, validation, limitations of this analysis.
+//! Basis of the results: methods, assumptions, validation, limitations of this analysis.
 
 use maud::{Markup, html};
 use tipwatch_language::{decimals, say, word};
@@ -18,7 +18,7 @@ const README: &str = include_str!("../../../README.md");
 /// Lost ranges listed; `summary.json` has all.
 const MOST_LISTED: usize = 100;
 
-/// How the loads were computed.
+/// Renders the methods by which the loads were computed.
 pub(super) fn methods(analysis: &Analysis) -> Markup {
     let estimator = match analysis.options.estimator {
         Estimator::Smoother => word!("Smoother: each row uses earlier and later samples."),
@@ -66,17 +66,18 @@ pub(super) fn methods(analysis: &Analysis) -> Markup {
     html! { (list(items)) }
 }
 
-/// What was measured elsewhere: errors on logs with known loads, of machines of this kind.
+/// Renders the validation: errors on logs with known loads, of machines of this kind.
 pub(super) fn validation(machine: &Machine) -> Markup {
     let lines = validation_table();
     // head and rule come before the rows
     let (head, rows) = lines.split_at(lines.len().min(2));
-    let of_kind = |line: &&&str| is_of_kind(machine, line);
-    let known: Vec<&str> = rows.iter().filter(of_kind).copied().collect();
-    let is_known = !known.is_empty();
-    let rows = if is_known { &known[..] } else { rows };
+    let kind = validated_kind(machine);
+    let is_known = kind.is_some();
     let head = head.first().map_or(Vec::new(), |line| cells(line));
-    let rows: Vec<Vec<String>> = rows.iter().map(|line| cells(line)).collect();
+    let rows = rows.iter().map(|line| cells(line));
+    let of_kind = |row: &Vec<String>| kind.is_none_or(|kind| row[0] == kind);
+    let rows: Vec<Vec<String>> = rows.filter(of_kind).map(in_words).collect();
+    let head = in_words(head);
     html! {
         @if !is_known { p { (word!("No machine of this kind was validated. These are the figures of other kinds.")) } }
         p {
@@ -88,34 +89,36 @@ pub(super) fn validation(machine: &Machine) -> Markup {
     }
 }
 
-/// What tells the rows of other kinds of machines from those of one on four wheels.
-const OTHER_KINDS: [&str; 3] = ["outriggers", "forklift", "bogies"];
+/// Kinds of machines of which loads were validated, as the first cells of the table name them.
+const ON_FOUR_WHEELS: &str = "on four wheels";
+const ON_BOGIES: &str = "on bogies";
+const CRANE: &str = "crane on outriggers";
+const FORKLIFT: &str = "forklift on three points";
 
-/// Whether a row is of machines of the same kind: what they stand on decides how equilibrium shares the load.
-fn is_of_kind(machine: &Machine, line: &str) -> bool {
+/// The kind of a machine, if it was validated: what it stands on decides how equilibrium shares the load.
+fn validated_kind(machine: &Machine) -> Option<&'static str> {
     let wheels = machine.wheels();
-    let has_feet = wheels.iter().any(|wheel| wheel.kind == SupportKind::Foot);
-    let is_on_tracks = wheels
-        .iter()
-        .any(|wheel| wheel.kind == SupportKind::TrackPoint);
+    let has = |kind: SupportKind| wheels.iter().any(|wheel| wheel.kind == kind);
     let swings = !machine.contact().free_joints.is_empty();
-    let [outriggers, forklift, bogies] = OTHER_KINDS;
-    match (has_feet, swings, wheels.len()) {
-        (true, _, _) => line.contains(outriggers),
-        _ if is_on_tracks => false,
-        (false, true, 4) => line.contains(forklift),
-        (false, true, 5..) => line.contains(bogies),
-        (false, false, 4) => !OTHER_KINDS.iter().any(|kind| line.contains(kind)),
-        _ => false,
+    match (swings, wheels.len()) {
+        _ if has(SupportKind::Foot) => Some(CRANE),
+        _ if has(SupportKind::TrackPoint) => None,
+        (true, 4) => Some(FORKLIFT),
+        (true, 5..) => Some(ON_BOGIES),
+        (false, 4) => Some(ON_FOUR_WHEELS),
+        _ => None,
     }
 }
 
 /// The cells of a line of the table.
 fn cells(line: &str) -> Vec<String> {
     let cells = line.trim_matches('|').split('|');
-    cells
-        .map(|cell| decimals(readable(&without_links(cell.trim()))))
-        .collect()
+    cells.map(|cell| without_links(cell.trim())).collect()
+}
+
+fn in_words(cells: Vec<String>) -> Vec<String> {
+    let words = |cell: String| decimals(readable(&cell));
+    cells.into_iter().map(words).collect()
 }
 
 /// "[text](address)" as its text: the addresses of the README lead nowhere from a report.
@@ -143,7 +146,8 @@ fn validation_table() -> Vec<&'static str> {
         .collect()
 }
 
-/// What a reader must know before relying on the results: only what follows from this log and machine.
+/// Renders the limitations that a reader must know before relying on the results: only those that follow from this log and
+/// machine.
 pub(super) fn limitations(analysis: &Analysis) -> Markup {
     let mut sentences = of_model(analysis);
     sentences.extend(of_log(analysis));
@@ -286,9 +290,14 @@ mod tests {
         assert!(lines.len() >= 6, "{lines:?}");
         assert!(lines[0].contains("manoeuvre") && lines[1].starts_with("|-"));
         assert!(lines[2..].iter().all(|line| line.contains('%')));
-        // each kind has its row
-        let is_told = |kind: &&str| lines[2..].iter().any(|line| line.contains(kind));
-        assert!(OTHER_KINDS.iter().all(is_told));
+        // each kind has its rows, and each row is of a kind
+        let kinds = [ON_FOUR_WHEELS, ON_BOGIES, CRANE, FORKLIFT];
+        let of_rows: Vec<String> = lines[2..]
+            .iter()
+            .map(|line| cells(line).remove(0))
+            .collect();
+        assert!(kinds.iter().all(|kind| of_rows.iter().any(|it| it == kind)));
+        assert!(of_rows.iter().all(|it| kinds.contains(&it.as_str())));
     }
 
     #[test]

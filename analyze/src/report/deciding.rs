@@ -1,4 +1,4 @@
-//! What would decide how the load is split where equilibrium leaves it open: nothing that the log has already.
+//! Measurements that would decide how the load is split where equilibrium leaves it open: none that the log has already.
 
 use tipwatch_language::{say, word};
 
@@ -18,7 +18,7 @@ pub(super) enum Deciding {
 }
 
 impl Deciding {
-    /// Those for some wheels or other supports, by their indices.
+    /// Returns the measurements that would decide the loads of some wheels or other supports, by their indices.
     pub(super) fn of(analysis: &Analysis, wheels: &[usize]) -> Vec<Self> {
         let machine = &analysis.machine;
         let forces = || machine.contact().actuated_joints.iter();
@@ -50,7 +50,7 @@ impl Deciding {
         }
     }
 
-    /// What to do, for wheels or other supports that are called so.
+    /// Describes the measurement, for wheels or other supports with this name.
     fn in_full(self, word: SupportWord) -> String {
         match self {
             Self::Weighing => say!("weighing the {} where the machine stood", word.many),

@@ -5,17 +5,19 @@ use tipwatch_language::decimals;
 
 /// Width of a picture, in its own units.
 const WIDTH: f64 = 360.0;
-/// Height of letters, in the same units.
-const LETTERS: f64 = 11.0;
-/// Room around what is drawn, for labels and dimensions.
-const BORDER: f64 = 58.0;
+/// Height of letters, in the same units: 5.2 points or more in a picture that is 52 mm wide, as on the printed first page.
+const LETTERS: f64 = 13.0;
+/// Room around what is drawn, for labels and dimensions: at either side, above and below.
+const BESIDE: f64 = 64.0;
+const ABOVE: f64 = 16.0;
+const BELOW: f64 = 52.0;
 /// Largest height of a picture, in the same units.
-const TALLEST: f64 = 420.0;
+const TALLEST: f64 = 258.0;
 
 /// Width of a letter as a share of its height, on the wide side.
 const LETTER_WIDTH: f64 = 0.62;
-/// How far a label may move up or down (the picture's own units), the nearest first.
-const MOVES: [f64; 9] = [0.0, 10.0, -10.0, 20.0, -20.0, 30.0, -30.0, 40.0, -40.0];
+/// Shifts of a label up or down (the picture's own units), the nearest first.
+const MOVES: [f64; 9] = [0.0, 12.0, -12.0, 24.0, -24.0, 36.0, -36.0, 48.0, -48.0];
 
 /// A point (m): to the right and up in the picture.
 pub(super) type Point = [f64; 2];
@@ -55,22 +57,22 @@ impl Drawing {
             (low, (high - low).max(0.1))
         };
         let ((left, width), (bottom, height)) = (span(0), span(1));
-        let scale = ((WIDTH - 2.0 * BORDER) / width).min((TALLEST - 2.0 * BORDER) / height);
+        let scale = ((WIDTH - 2.0 * BESIDE) / width).min((TALLEST - ABOVE - BELOW) / height);
         // what is less wide than the picture stands in its middle
-        let free = (WIDTH - 2.0 * BORDER) / scale - width;
+        let free = (WIDTH - 2.0 * BESIDE) / scale - width;
         Some(Self {
             left: left - free / 2.0,
             top: bottom + height,
             scale,
-            size: [WIDTH, 2.0 * BORDER + height * scale],
+            size: [WIDTH, ABOVE + height * scale + BELOW],
             body: Vec::new(),
         })
     }
 
     fn at(&self, [x, y]: Point) -> Point {
         [
-            BORDER + (x - self.left) * self.scale,
-            BORDER + (self.top - y) * self.scale,
+            BESIDE + (x - self.left) * self.scale,
+            ABOVE + (self.top - y) * self.scale,
         ]
     }
 
@@ -117,6 +119,18 @@ impl Drawing {
         pairs.join(" ")
     }
 
+    /// A label of one line or two beside a point, moved so many of the picture's own units to the right and up.
+    pub(super) fn label(&mut self, at: Point, shift: Point, anchor: Anchor, lines: [&str; 2]) {
+        for (line, text) in lines
+            .into_iter()
+            .enumerate()
+            .filter(|(_, it)| !it.is_empty())
+        {
+            let up = shift[1] + LETTERS * (0.2 - 1.1 * line as f64);
+            self.text(at, [shift[0], up], anchor, text);
+        }
+    }
+
     /// A text beside a point, shifted by so many of the picture's own units to the right and up.
     pub(super) fn text(&mut self, at: Point, shift: Point, anchor: Anchor, text: &str) {
         let [x, y] = self.at(at);
@@ -131,8 +145,9 @@ impl Drawing {
         );
     }
 
-    /// How far up a label of two lines beside a point must move (the picture's own units) to lie on none of the `lines` and on
-    /// no label placed before; zero if it would lie on something anywhere. Its box is added to those `placed`.
+    /// Returns the shift up of a label of two lines beside a point (the picture's own units) with which it lies within the
+    /// picture, on none of the `lines` and on no label placed before; zero if it would lie on something anywhere. The box of the
+    /// label is added to those `placed`.
     pub(super) fn room(
         &self,
         at: Point,
@@ -162,7 +177,9 @@ impl Drawing {
         };
         let is_free = |up: &f64| {
             let place = around(*up);
-            !lines.iter().any(|line| crosses(*line, place))
+            place[0][1] >= 0.0
+                && place[1][1] <= self.size[1]
+                && !lines.iter().any(|line| crosses(*line, place))
                 && !placed.iter().any(|it| overlap(*it, place))
         };
         let up = MOVES.into_iter().find(is_free).unwrap_or(0.0);
@@ -269,6 +286,17 @@ mod tests {
         let text = drawing.finish("side", "").into_string();
         assert!(text.contains("wheelbase 4.00 m") && text.contains("1 m<"));
         assert!(Drawing::around(&[[f64::NAN, 0.0]]).is_none());
+    }
+
+    /// A picture as tall as its machine is long was drawn smaller, and its letters with it: they had 2.7 points.
+    #[test]
+    fn letters_can_be_read_on_the_printed_first_page() {
+        let points = 52.0 / 25.4 * 72.0 / WIDTH;
+        assert!(LETTERS * points >= 5.2);
+        for far in [[1.0, 50.0], [50.0, 1.0], [4.0, 4.0]] {
+            let drawing = Drawing::around(&[[0.0, 0.0], far]).unwrap();
+            assert!(drawing.size[1] * points < 107.0, "{far:?}");
+        }
     }
 
     #[test]

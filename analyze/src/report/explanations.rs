@@ -1,10 +1,11 @@
-//! What explains the loads: causes of events, sensitivity, models, stated uncertainties.
+//! Explanations of the loads: causes of events, sensitivity, models, stated uncertainties.
 
 use maud::{Markup, html};
 use tipwatch_language::{decimals, say, word};
 use tipwatch_mechanics::Parameter;
+use tipwatch_mechanics::state::Reason;
 
-use super::findings::{MOST_OF_KIND, Scene, led_to, worst_of_each_kind};
+use super::findings::{Scene, led_to, worst_of_each_kind};
 use super::parameter_words::{in_words, uncertainty_in_words, unit_in_words};
 use crate::analysis::Analysis;
 use crate::analysis::model_comparison::ModelComparison;
@@ -18,10 +19,10 @@ const MOST_PARAMETERS: usize = 15;
 /// Causes with a smaller share of the lost load are not listed (%).
 const LEAST_PERCENT: f64 = 0.5;
 
-/// For each event of a wheel or an edge, what took the load away; of many events, for the worst of each kind.
-pub(super) fn causes(analysis: &Analysis) -> Markup {
+/// For each event of a wheel or an edge, what took the load away; of many events, for the `most` worst of each kind.
+pub(super) fn causes(analysis: &Analysis, most: usize) -> Markup {
     let scene = Scene::of(analysis);
-    let (mut events, left_out) = worst_of_each_kind(told_once(analysis), scene.word, MOST_OF_KIND);
+    let (mut events, left_out) = worst_of_each_kind(told_once(analysis), scene.word, most);
     events.sort_by_key(|event| event.start_ns);
     // events of the same wheel at the same time have the same causes: a lift, and the tipping that begins with it
     let mut groups: Vec<(Vec<String>, &EventCauses)> = Vec::new();
@@ -63,7 +64,7 @@ pub(super) fn causes(analysis: &Analysis) -> Markup {
         } @else {
             (table_of(rows))
             @if !left_out.is_empty() {
-                p { (say!("These are the {MOST_OF_KIND} worst events of each kind; the causes of all events are in events.parquet.")) }
+                p { (say!("These are the {most} worst events of each kind; the causes of all events are in events.parquet.")) }
             }
         }
     }
@@ -75,9 +76,27 @@ fn told_once(analysis: &Analysis) -> impl Iterator<Item = &Event> {
     events.filter(|event| led_to(&analysis.events, event).is_none())
 }
 
-/// Why nothing is known of how the loads depend on signals and parameters.
+/// Returns the sentence that replaces causes and advice for a fall that was under way when the rows begin.
+pub(super) fn onset_not_shown() -> &'static str {
+    word!(
+        "The log does not show the onset: what took the load, and what would have prevented it, cannot be told."
+    )
+}
+
+/// Whether no row has loads of a machine that for certain did not tip.
+fn tips_in_all_rows(analysis: &Analysis) -> bool {
+    let mut loads = (analysis.rows.reasons.iter())
+        .filter(|reasons| reasons.leave_loads())
+        .peekable();
+    loads.peek().is_some() && loads.all(|reasons| reasons.has(Reason::Tipping))
+}
+
+/// Returns the reason why the derivatives of the loads are unknown.
 pub(super) fn no_derivatives(analysis: &Analysis) -> &'static str {
     match analysis.options.model {
+        ModelKind::WholeBody if tips_in_all_rows(analysis) => word!(
+            "There are no derivatives: in every row with loads the machine was or may have been tipping."
+        ),
         ModelKind::WholeBody => {
             word!("There are no derivatives: in no valid row can they be computed.")
         }
@@ -85,7 +104,7 @@ pub(super) fn no_derivatives(analysis: &Analysis) -> &'static str {
     }
 }
 
-/// How the load of the wheel that came closest to lifting depends on signals and parameters.
+/// Renders the sensitivity of the load of the wheel that came closest to lifting, to signals and parameters.
 pub(super) fn sensitivity(analysis: &Analysis) -> Markup {
     let Some(found) = &analysis.sensitivity else {
         return html! { p { (no_derivatives(analysis)) } };
@@ -123,7 +142,7 @@ pub(super) fn sensitivity(analysis: &Analysis) -> Markup {
     }
 }
 
-/// How the models differ, and the stated uncertainties.
+/// Renders the differences between the models, and the stated uncertainties.
 pub(super) fn models(analysis: &Analysis) -> Markup {
     let chosen = analysis.options.model.name();
     let stated_keys = stated_uncertainties(analysis);
@@ -156,7 +175,7 @@ fn stated_uncertainties(analysis: &Analysis) -> toml::Table {
     stated.cloned().unwrap_or_default()
 }
 
-/// Whether nothing but a default says how uncertain a parameter is.
+/// Whether the uncertainty of a parameter is a default, which nothing in the machine file states.
 pub(super) fn is_by_default(analysis: &Analysis, parameter: Parameter) -> bool {
     let machine = &analysis.machine;
     let key = parameter.uncertainty_key(machine);
@@ -164,7 +183,7 @@ pub(super) fn is_by_default(analysis: &Analysis, parameter: Parameter) -> bool {
     key.is_some_and(|key| !stated_uncertainties(analysis).contains_key(key))
 }
 
-/// How another model differs from the chosen one.
+/// Renders the difference of another model from the chosen one.
 fn difference(analysis: &Analysis, chosen: &str, comparison: &ModelComparison) -> Markup {
     let wheels = comparison.wheels.iter().zip(analysis.machine.wheels());
     let cells = wheels.map(|(difference, wheel)| {

@@ -23,7 +23,7 @@ pub(super) fn lifts(analysis: &Analysis) -> Vec<(usize, OtfBand)> {
     wheels(analysis, |_| 0.0)
 }
 
-/// Whether bands say in every row what the wheels may have carried: without them no lift is excluded.
+/// Whether a band of the load of every wheel is known in every row: without bands no lift is excluded.
 pub(super) fn are_known(analysis: &Analysis) -> bool {
     analysis
         .digest

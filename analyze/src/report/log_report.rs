@@ -8,22 +8,20 @@ use tipwatch_language::{say, word};
 use super::findings::{finding_list, findings};
 use super::moment::Moments;
 use super::plots::{self, MOST_EVENTS, Part};
-use super::sketch::Sketch;
-use super::when::Calendar;
+use super::sketch::{Detail, Sketch};
 use super::{
     basis, charts, clocks, explanations, health, machine_view, measured_loads, moment, path, pdf,
     prevention, sheet, sliders, tables, unstated_load,
 };
 use crate::analysis::Analysis;
+use crate::analysis::calendar::Calendar;
 use crate::events::support_words::SupportWord;
 use crate::page::svg::CHART_STYLE;
 use crate::page::{self, Columns, Document, Plots, Scripts, packed_script, part};
 
 const SCRIPT: &str = concat!(include_str!("moment.js"), "\n", include_str!("sliders.js"));
-/// Findings at the top of the page; the table of events has all.
-const MOST_FINDINGS: usize = 12;
 
-/// The report on a log, as an HTML page with everything it needs inside.
+/// Renders the report on a log, as an HTML page with everything it needs inside.
 ///
 /// The same analysis gives the same bytes.
 #[must_use]
@@ -31,13 +29,13 @@ pub fn render(analysis: &Analysis) -> String {
     render_sketch(analysis, &Sketch::of(analysis))
 }
 
-/// The same, with a sketch that was made while the rows were computed.
+/// Renders the report with a sketch that was made while the rows were computed.
 #[must_use]
 pub fn render_sketch(analysis: &Analysis, sketch: &Sketch) -> String {
     render_with(analysis, sketch, Scripts::Within(SCRIPT))
 }
 
-/// The same for one of many reports, whose scripts are in the file of this name in the folder above its own.
+/// Renders one of many reports, whose scripts are in the file of this name in the folder above its own.
 pub(crate) fn render_beside(analysis: &Analysis, sketch: &Sketch, library: &str) -> String {
     render_with(analysis, sketch, Scripts::Beside(&format!("../{library}")))
 }
@@ -52,6 +50,10 @@ pub(crate) fn shared_library() -> (String, String) {
 
 fn render_with(analysis: &Analysis, sketch: &Sketch, scripts: Scripts<'_>) -> String {
     let columns = Columns::with_room(sketch.points_drawn());
+    let columns = match scripts {
+        Scripts::Within(_) => columns,
+        Scripts::Beside(_) => columns.pictured(),
+    };
     let moments = || {
         let moments = Moments::of(analysis, &sketch.instants);
         (packed_script("moments", &moments), moments)
@@ -63,6 +65,7 @@ fn render_with(analysis: &Analysis, sketch: &Sketch, scripts: Scripts<'_>) -> St
     });
     let (moments_data, moments) = meanwhile.unwrap_or_else(moments);
     let drawn = Drawn {
+        detail: sketch.detail,
         of: &|part| page::figures(&figures, part.name()),
         loads: html! { (how_to_read(analysis, sketch.detail.points)) (page::figures(&figures, Part::Loads.name())) },
         posture: moment::section(&moments),
@@ -96,20 +99,21 @@ fn render_with(analysis: &Analysis, sketch: &Sketch, scripts: Scripts<'_>) -> St
     .render(&content)
 }
 
-/// The same report as PDF/A-2b, with charts instead of what moves on a screen.
+/// Renders the report as PDF/A-2b, with charts instead of moving parts.
 ///
 /// # Errors
-/// It cannot be written as PDF/A.
+/// The report cannot be written as PDF/A.
 pub fn render_pdf(analysis: &Analysis) -> Result<Vec<u8>> {
     render_sketch_as_pdf(analysis, &Sketch::of(analysis))
 }
 
-/// The same, with a sketch that was made while the rows were computed.
+/// Renders the report as PDF/A-2b with a sketch that was made while the rows were computed.
 ///
 /// # Errors
-/// It cannot be written as PDF/A.
+/// The report cannot be written as PDF/A.
 pub fn render_sketch_as_pdf(analysis: &Analysis, sketch: &Sketch) -> Result<Vec<u8>> {
     let drawn = Drawn {
+        detail: sketch.detail,
         of: &|_| html! {},
         loads: charts::section(analysis, sketch),
         posture: html! {},
@@ -127,8 +131,9 @@ pub fn render_sketch_as_pdf(analysis: &Analysis, sketch: &Sketch) -> Result<Vec<
     pdf::render(&title(analysis), &subtitle(analysis), date, &content)
 }
 
-/// What is drawn, on a screen or on paper.
+/// Parts that differ between a screen and paper.
 struct Drawn<'a> {
+    detail: Detail,
     /// The figures of a part.
     of: &'a dyn Fn(Part) -> Markup,
     loads: Markup,
@@ -148,6 +153,7 @@ struct ExpertPart {
 fn parts(analysis: &Analysis, drawn: &Drawn<'_>) -> Vec<ExpertPart> {
     let part = |id, title, content| ExpertPart { id, title, content };
     let figures = |part| (drawn.of)(part);
+    let detail = drawn.detail;
     let loads_at_onset = sheet::row(analysis).map(|row| {
         html! {
             h3 { (say!("At t = {:.2} s", analysis.rows.seconds(row))) }
@@ -159,7 +165,7 @@ fn parts(analysis: &Analysis, drawn: &Drawn<'_>) -> Vec<ExpertPart> {
             "events",
             word!("Events"),
             html! {
-                (top_findings(analysis)) (figures(Part::Events)) (tables::events(analysis))
+                (top_findings(analysis, detail.findings)) (figures(Part::Events)) (tables::events(analysis, detail.events))
             },
         ),
         part(
@@ -176,7 +182,7 @@ fn parts(analysis: &Analysis, drawn: &Drawn<'_>) -> Vec<ExpertPart> {
             "causes",
             word!("What caused the unloading"),
             html! {
-                (explanations::causes(analysis)) (figures(Part::Causes))
+                (explanations::causes(analysis, detail.causes_of_kind)) (figures(Part::Causes))
                 @if let Some(explained) = unstated_load::section(analysis) {
                     h3 { (word!("What explains the rotation about an edge")) } (explained)
                 }
@@ -279,16 +285,16 @@ fn subtitle(analysis: &Analysis) -> String {
     )
 }
 
-/// What happened to the machine; faults and gaps of inputs are grouped in the table of events.
-fn top_findings(analysis: &Analysis) -> Markup {
+/// Renders the main findings about the machine; faults and gaps of inputs are grouped in the table of events.
+fn top_findings(analysis: &Analysis, most: usize) -> Markup {
     let findings = findings(analysis);
     let events = analysis.events.iter();
     let of_inputs = events.filter(|event| !event.kind.is_stability()).count();
     let count = findings.len().saturating_sub(of_inputs);
     html! {
-        (finding_list(&findings[..count.min(MOST_FINDINGS)]))
-        @if count > MOST_FINDINGS {
-            p { (say!("{} more are in the table of events.", count - MOST_FINDINGS)) }
+        (finding_list(&findings[..count.min(most)]))
+        @if count > most {
+            p { (say!("{} more are in events.parquet.", count - most)) }
         }
         @if of_inputs > 0 {
             p {
@@ -301,7 +307,7 @@ fn top_findings(analysis: &Analysis) -> Markup {
     }
 }
 
-/// How the figures are read.
+/// Renders the instructions for reading the figures.
 fn how_to_read(analysis: &Analysis, most_points: usize) -> Markup {
     let SupportWord { one, many, .. } = SupportWord::of(&analysis.machine);
     html! {
@@ -320,6 +326,60 @@ fn how_to_read(analysis: &Analysis, most_points: usize) -> Markup {
         }
         @if analysis.events.len() > MOST_EVENTS {
             p.hint { (say!("Only the {MOST_EVENTS} most important events are shaded.")) }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+    use std::path::Path;
+    use std::process::Command;
+
+    use tipwatch_binding::MachineFile;
+    use tipwatch_language::{Language, choose};
+
+    use super::*;
+    use crate::analysis::run::analyse;
+    use crate::base::options::Options;
+
+    /// Least size of letters that can be read on paper (points).
+    const LEAST_LETTERS: f32 = 5.0;
+    /// Tells the test that it is the one in German: a process speaks one language.
+    const IN_GERMAN: &str = "TIPWATCH_TEST_IN_GERMAN";
+
+    #[test]
+    fn the_first_page_on_paper_can_be_read() {
+        if std::env::var_os(IN_GERMAN).is_some() {
+            choose(Language::German);
+        } else {
+            let mut german = Command::new(std::env::current_exe().unwrap());
+            let name = "report::log_report::tests::the_first_page_on_paper_can_be_read";
+            german.args(["--exact", name]).env(IN_GERMAN, "");
+            let found = String::from_utf8(german.output().unwrap().stdout).unwrap();
+            assert!(found.contains("1 passed"), "{found}");
+        }
+        for name in ["tip_over", "crane", "lift"] {
+            let log = format!("../tests/data/{name}.mcap");
+            let log = Path::new(env!("CARGO_MANIFEST_DIR")).join(log);
+            let file = MachineFile::read(&log.with_extension("toml")).unwrap();
+            let analysis = analyse(&log, &file, Options::default(), &mut |_| {}).unwrap();
+            let content = sheet::section(&analysis);
+            let pages = pdf::layout::texts(&title(&analysis), &subtitle(&analysis), &content);
+            // what follows begins a page of its own
+            let [page, next] = &pages[..] else {
+                panic!("{name}: {} pages", pages.len());
+            };
+            assert!(page.len() > 50 && next.is_empty(), "{name}");
+            for (place, text) in page.iter().enumerate() {
+                let told = &text.text;
+                assert!(text.is_on_the_page(), "{name}: {told}: {text:?}");
+                assert!(text.size >= LEAST_LETTERS, "{name}: {told}: {text:?}");
+                for other in &page[place + 1..] {
+                    assert!(!text.is_over(other), "{name}: {told} and {}", other.text);
+                }
+            }
         }
     }
 }

@@ -115,7 +115,7 @@ pub(super) fn loads(analysis: &Analysis, row: usize) -> Markup {
     table_of(cells)
 }
 
-/// What a picture that is not from above shows.
+/// Direction of a picture that is not from above.
 #[derive(Clone, Copy, PartialEq)]
 enum Across {
     /// From the right.
@@ -138,9 +138,10 @@ struct View<'a> {
     carries: Vec<bool>,
     /// The wheels and feet that are off the ground by the events, whatever is left of their load within its error.
     off: Vec<bool>,
-    /// Whether the machine tips by the events: the zero moment point is then on the line about which it does, within its error.
+    /// Whether the machine tips by the events: then the zero moment point is on the line about which the machine tips, within its
+    /// error.
     tips: bool,
-    /// Whether its loads are not those of the machine that stood there.
+    /// Whether the loads of the row are not those of the machine that stood there.
     contradicted: bool,
 }
 
@@ -182,7 +183,7 @@ impl View<'_> {
         standing.all(|wheel| wheel.kind == SupportKind::Wheel)
     }
 
-    /// What a wheel carries: nothing where it is off the ground, whatever is left of its load within its error.
+    /// Returns the load of a wheel (N): zero where it is off the ground, whatever is left of its load within its error.
     fn load(&self, wheel: usize) -> f64 {
         match self.rows.value(Quantity::Load(wheel), 0) {
             load if load.is_finite() && self.off[wheel] => 0.0,
@@ -209,9 +210,11 @@ impl View<'_> {
             .iter()
             .map(|wheel| wheel.radius)
             .fold(0.0, f64::max);
+        let largest_disc_m = LARGEST_DISC * smaller_span(&contacts);
+        let below = radius.max(largest_disc_m);
         let around = |&[x, y]: &Point| {
             [
-                [x - 0.4 * radius, y - radius],
+                [x - 0.4 * radius, y - below],
                 [x + 0.4 * radius, y + radius],
             ]
         };
@@ -240,7 +243,6 @@ impl View<'_> {
         }
         let at_rest = &machine.reference().static_load;
         let largest = at_rest.iter().copied().fold(1.0, f64::max);
-        let largest_disc_m = LARGEST_DISC * smaller_span(&contacts);
         let disc = |load: f64| largest_disc_m * (load / largest).sqrt();
         for (wheel, (facts, &[x, y])) in machine.wheels().iter().zip(&contacts).enumerate() {
             let r = facts.radius;
@@ -286,7 +288,8 @@ impl View<'_> {
             let beside = drawing_shift(&drawing, outside, is_left);
             let anchor = if is_left { Anchor::End } else { Anchor::Start };
             let load = match load.is_finite() {
-                _ if self.contradicted => String::new(),
+                // what is off the ground has a cross: what is computed of it is not a load
+                _ if self.contradicted || self.off[wheel] => String::new(),
                 // plus zero: no sign before zero
                 true if largest >= 1000.0 => {
                     decimals(format!("{:.1} kN", (load / 100.0).round() / 10.0 + 0.0))
@@ -294,11 +297,9 @@ impl View<'_> {
                 true => decimals(format!("{:.1} N", (load * 10.0).round() / 10.0 + 0.0)),
                 false => word!("unknown").into(),
             };
-            let up = drawing.room(*at, beside, [&facts.name, &load], &arm, &mut placed);
-            drawing.text(*at, [beside, 2.0 + up], anchor, &facts.name);
-            if !self.contradicted {
-                drawing.text(*at, [beside, up - 10.0], anchor, &load);
-            }
+            let label: [&str; 2] = [&facts.name, &load];
+            let up = drawing.room(*at, beside, label, &arm, &mut placed);
+            drawing.label(*at, [beside, up], anchor, label);
         }
         let standing: Vec<Point> = self.standing(&contacts).copied().collect();
         if let Some((left, right)) = self.widest_axle(&standing) {
@@ -332,7 +333,7 @@ impl View<'_> {
                 "From above, forward is up; no loads are drawn, as those of the stated machine do not show this fall; dashed: load at rest"
             ),
             false => word!(
-                "From above, forward is up; disc: load, dashed: at rest, cross: no load, diamond: zero moment point"
+                "From above, forward is up; disc: load, dashed: at rest, cross: off the ground or no load, diamond: zero moment point"
             ),
         };
         Some(drawing.finish(&format!("{title}{pivot}"), &self.loads_in_words()))
@@ -461,7 +462,7 @@ impl View<'_> {
         along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
     }
 
-    /// What each wheel or other support carries, and where the zero moment point is.
+    /// Describes the load of each wheel or other support, and the position of the zero moment point.
     fn loads_in_words(&self) -> String {
         if self.contradicted {
             return String::new();
@@ -469,6 +470,7 @@ impl View<'_> {
         let wheels = self.analysis.machine.wheels().iter().enumerate();
         let standing = wheels.filter(|(wheel, _)| self.carries[*wheel]);
         let loads = standing.map(|(wheel, facts)| match self.load(wheel) {
+            load if load.is_finite() && self.off[wheel] => say!("{} is off the ground", facts.name),
             load if load.is_nan() => say!("{}: load unknown", facts.name),
             load if load <= 0.0 => say!("{} carries nothing", facts.name),
             load => say!("{} carries {} N", facts.name, number(load)),
@@ -488,7 +490,7 @@ impl View<'_> {
         told.join("; ")
     }
 
-    /// How high the centre of mass is (m), and to which side gravity leans.
+    /// Describes the height of the centre of mass (m), and the side to which gravity leans.
     fn gravity_in_words(&self, height: f64) -> String {
         let height = say!("Centre of mass {height:.2} m above the ground");
         let right = self.right(self.down.x, self.down.y);
@@ -532,7 +534,7 @@ fn goes_on(analysis: &Analysis, row: usize, event: &Event) -> bool {
         && event.certainty.is_none_or(|certainty| certainty > 0.5)
 }
 
-/// Whether each wheel is off the ground at a row, as the events tell it.
+/// Returns whether each wheel is off the ground at a row, by the events.
 pub(super) fn off_ground(analysis: &Analysis, row: usize) -> Vec<bool> {
     let is_off = |wheel: &Wheel| {
         let name = wheel.name.to_lowercase();
@@ -545,7 +547,7 @@ pub(super) fn off_ground(analysis: &Analysis, row: usize) -> Vec<bool> {
     analysis.machine.wheels().iter().map(is_off).collect()
 }
 
-/// Whether the machine tips at a row, as the events tell it.
+/// Whether the machine tips at a row, by the events.
 fn tips(analysis: &Analysis, row: usize) -> bool {
     let is_tipping = |event: &Event| event.kind == EventKind::EdgeTipping;
     let mut tippings = analysis.events.iter().filter(|event| is_tipping(event));
@@ -572,7 +574,7 @@ fn tyre([x, y]: Point, half: f64, r: f64) -> [Point; 4] {
     ]
 }
 
-/// Where the label of a wheel begins: beyond its disc, in the picture's own units.
+/// Returns the shift to the beginning of a wheel's label: beyond its disc, in the picture's own units.
 fn drawing_shift(drawing: &Drawing, outside_m: f64, is_left: bool) -> f64 {
     let outside = outside_m / drawing.metres(1.0) + 4.0;
     if is_left { -outside } else { outside }

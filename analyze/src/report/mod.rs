@@ -27,13 +27,12 @@ mod sliders;
 mod tables;
 mod unstated_load;
 mod whatif;
-mod when;
 
 pub use findings::{BANDS, doubts, findings, main_findings};
 pub use log_report::{render, render_pdf, render_sketch, render_sketch_as_pdf};
 pub(crate) use log_report::{render_beside, shared_library};
 pub(crate) use parameter_words::uncertainty_in_words;
-pub use sheet::story;
+pub use sheet::{doubted, story};
 pub(crate) use sketch::LateSketch;
 pub use sketch::{Sketch, SketchPass};
 pub use sliders::{Slider, Sliders, sliders};

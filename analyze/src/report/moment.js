@@ -95,11 +95,12 @@
     }
   }
 
-  function label(svg, facts, value) {
+  function label(svg, facts, value, isOff) {
     const place = at(value[0], value[1]), load = value[2];
     const isLeft = value[1] > middleOfWheels;
     const beside = Math.max(facts.radius * 0.4, disc * Math.sqrt(Math.max(load || 0, facts.at_rest || 0))) + unit;
-    const texts = [facts.name, load === null ? '?' : isLarge ? window.decimal((Math.round(load / 100) / 10 + 0).toFixed(1)) + ' kN'
+    // what is off the ground has a cross: what is computed of it is not a load
+    const texts = [facts.name, isOff ? '' : load === null ? '?' : isLarge ? window.decimal((Math.round(load / 100) / 10 + 0).toFixed(1)) + ' kN'
       : window.decimal((Math.round(load * 10) / 10 + 0).toFixed(1)) + ' N'];
     texts.forEach(function (text, line) {
       add(svg, 'text', { x: place[0] + (isLeft ? -beside : beside), y: place[1] + unit * (line * 3.6 - 0.4),
@@ -166,7 +167,7 @@
         points: [[0, -r], [r, 0], [0, r], [-r, 0]].map(function (d) { return [z[0] + d[0], z[1] + d[1]].join(','); }).join(' ') });
     }
     moments.wheels.forEach(function (facts, w) {
-      if (stands[w] && known(instant.wheels[w].slice(0, 2))) { label(svg, facts, seen(instant, w)); }
+      if (stands[w] && known(instant.wheels[w].slice(0, 2))) { label(svg, facts, seen(instant, w), instant.off.includes(w)); }
     });
     gravity(svg, instant, size);
   }
@@ -288,8 +289,8 @@
     const name = svg.dataset.name || (svg.dataset.name = svg.getAttribute('aria-label'));
     const stands = standing(moments.instants[index]);
     const loads = moments.wheels.map(function (facts, w) {
-      const load = seen(moments.instants[index], w)[2];
-      return facts.name + ' ' + (load === null ? texts.unknown : Math.round(load) + ' N');
+      const instant = moments.instants[index], load = instant.wheels[w][2];
+      return facts.name + ' ' + (load === null ? texts.unknown : instant.off.includes(w) ? texts.off : Math.round(load) + ' N');
     });
     svg.setAttribute('aria-label', name + (/ t = /.test(name) ? ': ' : ', t = ' + window.decimal(moments.instants[index].t.toFixed(2)) + ' s: ') +
       loads.filter(function (_, w) { return stands[w]; }).join(', '));

@@ -10,7 +10,7 @@ use tipwatch_language::{say, word};
 use tipwatch_mechanics::{Placement, Quantity, State};
 
 use super::area::Area;
-use super::findings::{Scene, led_to, rank};
+use super::findings::{Scene, importance, led_to};
 use super::{machine_view, sheet};
 use crate::analysis::Analysis;
 use crate::base::rows::Rows;
@@ -23,12 +23,12 @@ const MOST_EVENTS: usize = 60;
 /// Events that are drawn beside the slider, and in print.
 const MOST_PICTURES: usize = 6;
 
-/// What the drawing shows. Positions are in the contact plane, forward and left, in m.
+/// Data of the drawing. Positions are in the contact plane, forward and left, in m.
 #[derive(Debug, Serialize)]
 pub(super) struct Moments {
-    /// What one of the supports is called.
+    /// Word for one of the supports.
     word: &'static str,
-    /// What the script says.
+    /// Texts of the script.
     texts: Texts,
     wheels: Vec<WheelFacts>,
     instants: Vec<Instant>,
@@ -46,6 +46,7 @@ struct Texts {
     head: [&'static str; 4],
     range: &'static str,
     unknown: &'static str,
+    off: &'static str,
     invalid: &'static str,
     no_gravity: &'static str,
     gravity: &'static str,
@@ -117,7 +118,7 @@ struct Instant {
     axles: Vec<[[Option<f64>; 2]; 2]>,
     /// By segment: x, y, height at either end.
     arm: Vec<[Option<f64>; 6]>,
-    /// Why the row is invalid; empty if it is valid.
+    /// Reasons why the row is invalid; empty if it is valid.
     reasons: String,
 }
 
@@ -168,7 +169,7 @@ impl Moments {
         let mut important: Vec<&Event> = (analysis.events.iter())
             .filter(|event| event.kind.is_observed())
             .collect();
-        important.sort_by_key(|event| (rank(event.kind), event.start_ns));
+        important.sort_by_key(|event| importance(event));
         important.truncate(MOST_EVENTS);
         let mut shown = spread.indices.clone();
         shown.extend(important.iter().map(|event| rows.at(shown_ns(event))));
@@ -211,6 +212,7 @@ impl Moments {
                 ],
                 range: word!("{from} to {to}"),
                 unknown: word!("unknown"),
+                off: word!("off the ground"),
                 invalid: word!("invalid row: {reasons}"),
                 no_gravity: word!("direction of gravity unknown"),
                 gravity: word!("gravity leans {angle}°"),
@@ -226,7 +228,8 @@ impl Moments {
     }
 }
 
-/// When an event is shown: a lift and a tipping at their onset, for what follows is a fall; a light wheel at its worst.
+/// Returns the time at which an event is shown (ns): a lift and a tipping at their onset, for a fall follows; a light wheel at
+/// its worst.
 fn shown_ns(event: &Event) -> i64 {
     match event.kind {
         EventKind::WheelLift | EventKind::EdgeTipping | EventKind::TipOver => event.start_ns,

@@ -7,7 +7,7 @@ use crate::analysis::Analysis;
 pub(super) struct OpenWheel {
     /// Its index.
     pub(super) wheel: usize,
-    /// When it carried least under the stated split while another split could have unloaded it (ns).
+    /// Time at which the wheel carried least under the stated split while another split could have unloaded it (ns).
     pub(super) time_ns: i64,
     /// Its load under the stated split (N).
     pub(super) load_n: f64,

@@ -4,7 +4,7 @@ use tipwatch_language::{message, say, told, word};
 use tipwatch_mechanics::Parameter;
 use tipwatch_mechanics::machine::Machine;
 
-/// What the parameter is, in words that follow "the": "mass of tool", "position of joint slew".
+/// Names the parameter, in words that follow "the": "mass of tool", "position of joint slew".
 pub(super) fn in_words(parameter: Parameter, machine: &Machine) -> String {
     let joint = |joint: usize| say!("joint {}", machine.joints()[joint].name);
     let link = |link: usize| machine.links()[link].name.clone();
@@ -62,8 +62,8 @@ pub(super) fn in_words(parameter: Parameter, machine: &Machine) -> String {
     }
 }
 
-/// What a key of the machine file's uncertainties is the standard deviation of, and its unit. A key that is not known here
-/// stands as it is.
+/// Names the quantity whose standard deviation a key of the machine file's uncertainties states, and its unit. A key that is not
+/// known here stands as it is.
 pub(crate) fn uncertainty_in_words(key: &str) -> (&str, &'static str) {
     match key {
         "mass_share" => (word!("mass of a link"), told(SHARE)),

@@ -1,4 +1,4 @@
-//! What would have prevented the worst event: the simulated advice as a section and as a finding.
+//! Prevention of the worst event: the simulated advice as a section and as a finding.
 
 use std::collections::BTreeSet;
 
@@ -7,6 +7,7 @@ use tipwatch_language::{is_english, say, told, word};
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::machine::Wheel;
 
+use super::explanations::onset_not_shown;
 use super::unstated_load;
 use crate::analysis::Analysis;
 use crate::analysis::advice::{Advice, BeforeAfter, SimulatedChange};
@@ -183,7 +184,7 @@ pub(super) fn finding(analysis: &Analysis) -> Option<Finding> {
     Some(Finding { headline, evidence })
 }
 
-/// How likely a change succeeds.
+/// Describes the probability that a change succeeds.
 fn chance(change: &SimulatedChange) -> String {
     let chance = change.chance.map(probability);
     chance.map_or(String::new(), |chance| say!(" (chance {chance})"))
@@ -212,6 +213,8 @@ fn without_advice(analysis: &Analysis) -> String {
     let mut events = analysis.events.iter();
     if analysis.options.model != ModelKind::WholeBody {
         word!("The chosen model does not simulate changes.").into()
+    } else if (analysis.events.iter()).any(|event| event.is_under_way && event.is_fact()) {
+        onset_not_shown().into()
     } else if events.any(|event| unstated_load::contradicts(analysis, event)) {
         word!("Nothing was simulated: the loads of the machine as stated do not show the event.")
             .into()
@@ -234,7 +237,7 @@ fn without_advice(analysis: &Analysis) -> String {
     }
 }
 
-/// Why rows of events with a wheel below its limit are not valid.
+/// Returns the reasons why rows of events with a wheel below its limit are not valid.
 fn reasons(analysis: &Analysis) -> Vec<String> {
     let rows = &analysis.rows;
     let limits = analysis.min_loads_n.as_deref().unwrap_or_default();
@@ -258,7 +261,7 @@ fn reasons(analysis: &Analysis) -> Vec<String> {
     names.into_iter().collect()
 }
 
-/// What the simulation says, in one sentence.
+/// Summarises the simulation in one sentence.
 fn conclusion(analysis: &Analysis, advice: &Advice) -> String {
     let word = SupportWord::of(&analysis.machine).one;
     match (&advice.not_simulated, advice.changes.len()) {
@@ -280,7 +283,6 @@ fn results(analysis: &Analysis, changes: &[&SimulatedChange]) -> Markup {
         word!("Change"),
         word!("First order"),
         word!("Minimum OTF [N]"),
-        "± 2 σ [N]",
         word!("Chance"),
         &say!(
             "Every {}, minimum OTF [N]",
@@ -305,8 +307,7 @@ fn results(analysis: &Analysis, changes: &[&SimulatedChange]) -> Markup {
             (change.first_order).map_or("–".into(), |first| {
                 format!("{}{}", signed(first), unit(change))
             }),
-            number(change.least_otf_n),
-            (change.otf_sigma_n).map_or(word!("unknown").into(), |sigma| number(2.0 * sigma)),
+            least_otf(change),
             change.chance.map_or(word!("unknown").into(), probability),
             wheels.collect::<Vec<_>>().join(", "),
             from_to(change.zmp_margin_m, ""),

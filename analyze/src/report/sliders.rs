@@ -1,12 +1,13 @@
-//! What would have become of the gravest event with another load, slope, speed or boom: sliders between simulated values.
+//! Counterfactual sliders of the gravest event, for another load, slope, speed or boom: they move between simulated values.
 
 use maud::{Markup, html};
 use serde::Serialize;
 use tipwatch_language::{say, word};
 use tipwatch_mechanics::{Machine, Parameter, State};
 
-use super::explanations::no_derivatives;
+use super::explanations::{no_derivatives, onset_not_shown};
 use super::findings::{Scene, incidents};
+use super::unstated_load;
 use crate::analysis::Analysis;
 use crate::analysis::advice::{Change, GroundSlope, Hypothesis, Question, moves_arm_alone};
 use crate::analysis::standing_rows::StandingRows;
@@ -22,7 +23,7 @@ const STEPS: f64 = 200.0 + 1e-6;
 /// Simulated values on either side of the logged one.
 const SIDE_VALUES: usize = 2;
 
-/// What is tried to change: an event, and how near its wheels come to lifting.
+/// Sliders of an event, and how near its wheels come to lifting.
 #[derive(Debug, PartialEq, Serialize)]
 pub struct Sliders {
     /// Kind of the event.
@@ -38,15 +39,15 @@ pub struct Sliders {
 /// One change.
 #[derive(Debug, PartialEq, Serialize)]
 pub struct Slider {
-    /// What changes.
+    /// Name of the quantity that changes.
     pub name: String,
     /// Unit of the change.
     pub unit: &'static str,
     /// The logged value.
     pub logged: f64,
-    /// What was simulated, ascending, the logged value among it. Between them is a straight line.
+    /// Simulated values, ascending, the logged value among them. Between them is a straight line.
     pub simulated: Vec<Simulated>,
-    /// What could not be.
+    /// Values that could not be simulated.
     pub not_simulated: Vec<NotSimulated>,
 }
 
@@ -55,7 +56,7 @@ pub struct Slider {
 pub struct NotSimulated {
     /// The value, in the unit of the change.
     pub at: f64,
-    /// Why.
+    /// Reason.
     pub why: &'static str,
 }
 
@@ -66,7 +67,7 @@ pub struct Simulated {
     pub at: f64,
     /// Smallest OTF of the event's wheel, of the wheels off its edge weighted by their distance (N).
     pub otf_n: f64,
-    /// Its standard deviation (N); null if unknown, and where the machine as stated does not show the recorded event.
+    /// Its standard deviation (N); null if unknown.
     pub sigma_n: Option<f64>,
     /// Probability that the wheels lift; null where `sigma_n` is.
     pub probability: Option<f64>,
@@ -122,11 +123,16 @@ fn event(analysis: &Analysis) -> Option<(Event, bool)> {
     Some((event, false))
 }
 
-/// The sliders.
+/// Simulates the sliders.
 ///
 /// # Errors
-/// Why there are none, as a sentence: nothing can be simulated, or nothing would change the load.
+/// There are none: nothing can be simulated, nothing would change the load, or the machine as stated does not show the event. The
+/// error says so in a sentence.
 pub fn sliders(analysis: &Analysis) -> Result<Sliders, String> {
+    let gravest = incidents(&analysis.events).into_iter().next();
+    if gravest.is_some_and(|incident| incident.gravest().is_under_way) {
+        return Err(onset_not_shown().into());
+    }
     let (event, is_recorded) = event(analysis).ok_or_else(|| no_derivatives(analysis))?;
     let standing = StandingRows::all(&analysis.machine, &analysis.rows, |_| None);
     let found = Question::about(&standing, &analysis.rows, &event, |question| {
@@ -143,6 +149,12 @@ fn of_question(
     is_recorded: bool,
     question: &Question<'_>,
 ) -> Result<Sliders, String> {
+    if is_recorded && (unstated_load::contradicts(analysis, event) || !question.is_shown()) {
+        return Err(word!(
+            "The machine as stated does not show what was recorded: its loads do not tell what would have become of it otherwise."
+        )
+        .into());
+    }
     // the machine as stated contradicts nothing where nothing was recorded
     let simulate = |machine: &Machine, hypotheses: &[Hypothesis]| match is_recorded {
         true => question.reply(machine, hypotheses),
@@ -206,7 +218,8 @@ fn of_question(
         let slope = ground.at(event.start_ns);
         let degrees = (slope.tilt.norm() * slope.share()).to_degrees();
         let times = |at: f64| Hypothesis::Slope(ground.clone(), at / 100.0);
-        let name = say!("Slope of the ground (logged: {degrees:.1}°)");
+        let band = (2.0 * slope.sigma_rad).to_degrees();
+        let name = say!("Slope of the ground (estimated: {degrees:.1}° ± {band:.1}°)");
         changes.extend(slider(name, "%", [0.0, 100.0, 200.0], &times));
     }
     let speed = |at: f64| question.speed(at / 100.0);
@@ -289,8 +302,8 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
         div.screen id="what-if" {
             h3 { (word!("Try a change")) }
             p.hint {
-                (say!("The smallest overturning force (OTF) of {what} over the event, as in the table of the first page. The values under \
-                the sliders were simulated; between them, and with several changes together, it is first order: straight lines."))
+                (say!("The smallest overturning force (OTF) of {what} over the event. The values under the \
+                sliders were simulated; between them, and with several changes together, it is first order: straight lines."))
             }
             @for (place, it) in found.changes.iter().enumerate() {
                 @if let (Some(first), Some(last)) = (it.simulated.first(), it.simulated.last()) {

@@ -3,8 +3,8 @@
 use maud::{Markup, html};
 use tipwatch_language::{decimals, say, word};
 
-use super::findings::{Scene, led_to};
-use super::when::Calendar;
+use super::findings::{Scene, importance, led_to};
+use crate::analysis::calendar::Calendar;
 use crate::analysis::{Analysis, Input};
 use crate::base::file_hash::FileHash;
 use crate::events::{Event, EventKind};
@@ -12,11 +12,9 @@ use crate::page::{
     facts, input_in_words, number, or_dash, probability, readable, table_of, with_unit,
 };
 
-/// Most events listed; the output tables have all.
-const MOST_LISTED: usize = 500;
-
-/// The table of events of the machine, and that of faults and gaps of its inputs by kind.
-pub(super) fn events(analysis: &Analysis) -> Markup {
+/// The table of events of the machine, and that of faults and gaps of its inputs by kind: of many the `most` important ones.
+/// The output tables have all.
+pub(super) fn events(analysis: &Analysis, most: usize) -> Markup {
     let scene = Scene::of(analysis);
     let calendar = Calendar::of(analysis);
     let events = analysis.events.iter();
@@ -30,8 +28,13 @@ pub(super) fn events(analysis: &Analysis) -> Markup {
     let announced: Vec<(i64, Option<&Event>)> = (announced.iter())
         .map(|event| (event.start_ns, became(event)))
         .collect();
-    let listed = stories.iter().take(MOST_LISTED);
-    let rows = listed.map(|event| {
+    let mut listed = stories.clone();
+    if listed.len() > most {
+        listed.sort_by_key(|event| importance(event));
+        listed.truncate(most);
+        listed.sort_by_key(|event| event.start_ns);
+    }
+    let rows = listed.iter().map(|event| {
         let is_of = |(_, became): &&(i64, Option<&Event>)| {
             became.is_some_and(|became| std::ptr::eq(became, *event))
         };
@@ -45,17 +48,17 @@ pub(super) fn events(analysis: &Analysis) -> Markup {
     html! {
         @if of_machine.is_empty() { p { (say!("No {} or edge event.", scene.word.one)) } }
         (table_of(rows))
-        (not_listed(stories.len(), word!("events")))
+        (not_listed(stories.len(), most, word!("events")))
         @if !of_inputs.is_empty() {
             h3 { (word!("Faults and gaps of inputs")) }
-            (grouped(&scene, &of_inputs))
+            (grouped(&scene, &of_inputs, most))
             p.hint { (word!("Each of them is in events.parquet.")) }
         }
     }
 }
 
 /// Faults and gaps by kind and input, in the order of their first start.
-fn grouped(scene: &Scene, events: &[&Event]) -> Markup {
+fn grouped(scene: &Scene, events: &[&Event], most: usize) -> Markup {
     let mut groups: Vec<(String, Vec<&Event>)> = Vec::new();
     for event in events {
         let kind = event
@@ -68,7 +71,7 @@ fn grouped(scene: &Scene, events: &[&Event]) -> Markup {
             None => groups.push((name, vec![event])),
         }
     }
-    let rows = groups.iter().take(MOST_LISTED).map(|(name, events)| {
+    let rows = groups.iter().take(most).map(|(name, events)| {
         let length = |event: &&Event| {
             let end_ns = event.end_ns.unwrap_or(event.worst_ns);
             end_ns.saturating_sub(event.start_ns) as f64 * 1e-9
@@ -96,7 +99,7 @@ fn grouped(scene: &Scene, events: &[&Event]) -> Markup {
             (word!("Worst value"), worst.unwrap_or_else(|| "–".into())),
         ]
     });
-    html! { (table_of(rows)) (not_listed(groups.len(), word!("groups"))) }
+    html! { (table_of(rows)) (not_listed(groups.len(), most, word!("groups"))) }
 }
 
 /// `began_ns` is the start of the event that it came of: of a lift, when the wheel grew light.
@@ -208,7 +211,7 @@ fn input_row(input: &Input) -> [(&'static str, String); 12] {
     ]
 }
 
-/// Where everything comes from.
+/// Renders the provenance of the results.
 pub(super) fn provenance(analysis: &Analysis) -> Markup {
     let from = &analysis.provenance;
     let mut rows = Vec::new();
@@ -319,6 +322,6 @@ fn hash(file: &FileHash) -> String {
     )
 }
 
-fn not_listed(count: usize, of: &str) -> Markup {
-    html! { @if count > MOST_LISTED { p { (say!("{} more {of} are not listed here.", count - MOST_LISTED)) } } }
+fn not_listed(count: usize, most: usize, of: &str) -> Markup {
+    html! { @if count > most { p { (say!("{} more {of} are not listed here.", count - most)) } } }
 }

@@ -1,5 +1,4 @@
-//! What explains a rotation about an edge: the explanations with their evidence, and the unstated mass on the tool, as a
-//! section and as findings.
+//! Explanations of a rotation about an edge with their evidence, and the unstated mass on the tool, as a section and as findings.
 
 use maud::{Markup, html};
 use tipwatch_language::{say, word};
@@ -16,7 +15,7 @@ const LEAST_PROBABILITY: f64 = 1e-3;
 /// Most explanations in the table.
 const MOST_SHOWN: usize = 8;
 
-/// Whether the machine as stated does not show an event: its loads say that wheels carried which were in the air.
+/// Whether the machine as stated does not show an event: by its loads, wheels carried that were in the air.
 pub(super) fn contradicts(analysis: &Analysis, event: &Event) -> bool {
     let is_own =
         |fall: &&ExplainedFall| fall.edge == event.subject && fall.onset_ns == event.start_ns;
@@ -24,7 +23,7 @@ pub(super) fn contradicts(analysis: &Analysis, event: &Event) -> bool {
     event.shown_by == Some(ShownBy::Rotation) || explained.is_some_and(|fall| !fall.is_as_stated())
 }
 
-/// What stands beside loads of a machine whose fall they do not show; `None` where they may be read as they are.
+/// Returns the warning beside loads of a machine whose fall they do not show; `None` where they may be read as they are.
 pub(super) fn warning(analysis: &Analysis) -> Option<Markup> {
     let fall = analysis
         .events
@@ -45,7 +44,7 @@ pub(super) fn warning(analysis: &Analysis) -> Option<Markup> {
     })
 }
 
-/// What is known of the loads, to be followed by the time: where the machine as stated does not show an event, they are those
+/// Names the computed loads, to be followed by the time: where the machine as stated does not show an event, they are those
 /// computed for it.
 pub(super) fn known_loads(analysis: &Analysis) -> String {
     let head = SupportWord::of(&analysis.machine).head;
@@ -202,7 +201,7 @@ fn probabilities(fall: &ExplainedFall) -> String {
     all.join(", ")
 }
 
-/// Those of the rotations that the machine as stated does not explain.
+/// Returns the findings about the rotations that the machine as stated does not explain.
 pub(super) fn not_as_stated(analysis: &Analysis) -> impl Iterator<Item = Finding> {
     let falls = analysis.explained_falls.iter();
     let falls = falls.filter(|fall| !fall.is_as_stated());
@@ -378,7 +377,7 @@ fn name(explanation: &Explanation) -> String {
 mod tests {
     use super::*;
 
-    /// What a rotation is told with whose explanations have these probabilities.
+    /// Returns the text about a rotation whose explanations have these probabilities.
     fn told(explanations: &[(&'static str, f64)]) -> String {
         let fall = ExplainedFall::by(explanations);
         with_next("told".into(), &fall, &fall.explanations[0])

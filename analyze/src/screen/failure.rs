@@ -1,14 +1,15 @@
-//! Why a log has no result: the kinds of failure, which programs can tell apart without reading a text.
+//! Failures of logs: kinds that programs can tell apart without reading a text.
 
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use strum::{Display, EnumString};
+use tipwatch_language::word;
 use tipwatch_storage::{ErrorKind, Location};
 
 use crate::base::storage_error::storage_error;
 
-/// What failed.
+/// Kind of a failure.
 #[derive(
     Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, Display, EnumString,
 )]
@@ -22,7 +23,7 @@ pub enum FailureKind {
     /// The storage did not deliver it: no answer, no permission, an error of the server, an object that is no longer there, a
     /// key that no request can name. Another run tries again.
     Storage,
-    /// It changed while it was being read.
+    /// The log changed while it was being read.
     Changed,
     /// An error of the program.
     Internal,
@@ -37,6 +38,21 @@ pub enum FailureKind {
 }
 
 impl FailureKind {
+    /// Its name for people.
+    pub(super) fn in_words(self) -> &'static str {
+        match self {
+            Self::Log => word!("log"),
+            Self::Machine => word!("machine"),
+            Self::Storage => word!("storage"),
+            Self::Changed => word!("changed"),
+            Self::Internal => word!("internal"),
+            Self::WorkerLost => word!("worker lost"),
+            Self::OutOfMemory => word!("out of memory"),
+            Self::Engine => word!("engine"),
+            Self::NoRecord => word!("no record"),
+        }
+    }
+
     /// The kind of an analysis's error.
     pub(super) fn of(error: &anyhow::Error) -> Self {
         if let Some(marked) = error.downcast_ref::<Marked>() {

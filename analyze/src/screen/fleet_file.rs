@@ -184,7 +184,7 @@ impl Fleet {
         Ok(self.machines.len() - 1)
     }
 
-    /// The same with every machine file changed.
+    /// Changes every machine file.
     ///
     /// # Errors
     /// A machine file cannot be changed like that.

@@ -98,10 +98,10 @@ pub fn gather(
     })
 }
 
-/// What a data set that was built before counts (`screen.json`).
+/// Reads the totals of a data set that was built before (`screen.json`).
 ///
 /// # Errors
-/// There is none, or it is not complete.
+/// There is no data set, or it is not complete.
 pub fn totals_of(data_set: &Path) -> Result<String> {
     let place = Place::at(data_set)?;
     let read = place.read(TOTALS);
@@ -116,7 +116,7 @@ pub const PAGE: &str = "fleet.html";
 /// Counts; written last.
 const TOTALS: &str = "screen.json";
 
-/// What was built.
+/// Result of building a data set.
 pub(super) struct Finished {
     pub(super) totals: Totals,
     pub(super) undecided: Vec<(String, String)>,

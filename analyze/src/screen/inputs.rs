@@ -27,7 +27,7 @@ use crate::output::{CLIPS, DERIVED, EVENTS, SAMPLES, SUMMARY};
 const LOG_ENDINGS: [&str; 6] = [".mcap", ".bag", ".db3", ".bag.active", ".blf", ".mf4"];
 /// File extensions of texts that are traces of a CAN bus if their content says so.
 const TRACE_ENDINGS: [&str; 4] = [".asc", ".trc", ".log", ".candump"];
-/// Those that say so themselves, also where the content is packed or in a bucket.
+/// Endings of files that are certainly traces, also where the content is packed or in a bucket.
 const SURE_TRACE_ENDINGS: [&str; 2] = [".asc", ".trc"];
 /// File extensions of tables. A folder has others than those of logs, such as results.
 const TABLE_ENDINGS: [&str; 6] = [".csv", ".tsv", ".parquet", ".pq", ".jsonl", ".ndjson"];
@@ -39,7 +39,7 @@ const MANIFEST_ENDINGS: [&str; 3] = [".txt", ".list", ".manifest"];
 /// The file that makes a folder a log.
 const ROSBAG2_METADATA: &str = "metadata.yaml";
 
-/// What was requested.
+/// Requested logs.
 #[derive(Debug, Default)]
 pub struct Found {
     /// All logs, each once, sorted by path; those in the output folder are skipped.
@@ -57,7 +57,7 @@ pub struct Found {
 }
 
 impl Found {
-    /// Why the storage did not list a place; `None` of a log.
+    /// Returns the reason why the storage did not list a place; `None` for a log.
     pub(super) fn refusal(&self, path: &Path) -> Option<&str> {
         self.refused.get(path).map(String::as_str)
     }
@@ -76,8 +76,8 @@ impl Found {
         place.is_ok()
     }
 
-    /// Whether a log of this computer that a call or a manifest names is not there, and its folder is. Of a folder that is empty
-    /// this is only known where another of the logs beside it is there: what is not mounted looks like an empty folder.
+    /// Whether a log of this computer that a call or a manifest names is absent, and its folder is present. Of an empty folder
+    /// this is only known where another of the logs beside it is present: an unmounted medium looks like an empty folder.
     pub(super) fn is_missing(&self, path: &Path) -> bool {
         // a folder that was named and is away is listed, too
         let is_file = || is_log(path) || is_table(path) || ends_with_any(path, &TRACE_ENDINGS);
@@ -96,7 +96,7 @@ impl Found {
             || (path.ancestors().nth(2)).is_some_and(|above| self.has_log_below(above))
     }
 
-    /// Whether one of the logs in a folder of this computer is there.
+    /// Whether one of the logs in a folder of this computer is present.
     fn has_log_below(&self, folder: &Path) -> bool {
         let first = folder.join("");
         let first = (self.logs).partition_point(|log| log.as_os_str() < first.as_os_str());
@@ -104,7 +104,7 @@ impl Found {
         below.any(|log| log.exists())
     }
 
-    /// What became of the log of a record.
+    /// Returns whether the log of a record is still present.
     pub(super) fn presence(&self, path: &str) -> Presence {
         let is_text = !path.contains(char::REPLACEMENT_CHARACTER);
         let path = Path::new(path);
@@ -176,7 +176,7 @@ impl Found {
         ))
     }
 
-    /// What was left out, and how to include it.
+    /// Describes the files that were left out, and how to include them.
     fn left_out_note(&self) -> Option<String> {
         let first = self.left_out.first()?;
         let ending = first.extension().unwrap_or_default().to_string_lossy();
@@ -190,12 +190,12 @@ impl Found {
     }
 }
 
-/// What became of the log of a record.
+/// Presence of the log of a record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Presence {
-    /// It is there, or nothing is known of it.
+    /// The log is present, or its presence is unknown.
     Here,
-    /// It is no longer in its folder, which is one of those that were searched or not.
+    /// The log is no longer in its folder, which is one of those that were searched or not.
     Gone { is_named: bool },
     /// Its folder is not there either, or has nothing: a medium may not be mounted.
     OutOfReach,
@@ -203,7 +203,7 @@ pub(super) enum Presence {
     NoLog,
 }
 
-/// Whether a searched folder or pattern is that of a path.
+/// Whether a searched folder or pattern covers a path.
 fn covers(searched: &Path, path: &Path) -> bool {
     let is_matched = || {
         let pattern = Pattern::new(&searched.to_string_lossy());
@@ -273,7 +273,7 @@ fn mistake(text: String) -> anyhow::Error {
     io::Error::new(io::ErrorKind::InvalidInput, text).into()
 }
 
-/// That at least one of the named places of this computer exists, if all are such.
+/// Checks that at least one of the named places of this computer exists, if all are such.
 ///
 /// # Errors
 /// None of them does: a mistake in the call, rather than logs that are missing among others.
@@ -451,8 +451,8 @@ impl Finder {
         Ok(())
     }
 
-    /// What the storage listed at a place. If it refused, the place is one of the logs, which fails by storage: nothing is known of
-    /// the logs below it, and the others are analysed.
+    /// Returns the content that the storage listed at a place. If it refused, the place is one of the logs, which fails by
+    /// storage: nothing is known of the logs below it, and the others are analysed.
     ///
     /// # Errors
     /// The place is a mistake in the call, or cannot be listed at all.
@@ -536,7 +536,7 @@ fn is_log(path: &Path) -> bool {
     ends_packed(path, &LOG_ENDINGS)
 }
 
-/// Whether a file is what an analysis wrote beside its summary.
+/// Whether a file is one that an analysis wrote beside its summary.
 fn is_result(path: &Path) -> bool {
     let is = |name: &&str| path.file_name().is_some_and(|own| own == *name);
     [SAMPLES, EVENTS, DERIVED].iter().any(is) && path.with_file_name(SUMMARY).is_file()
@@ -562,7 +562,7 @@ fn is_left_out(path: &Path) -> bool {
     is_table(path) || is_packed_text()
 }
 
-/// Whether a name ends so, packed or not.
+/// Whether a name has one of these endings, packed or not.
 fn ends_packed(path: &Path, endings: &[&str]) -> bool {
     let name = name_of(path);
     PACKED_ENDINGS.iter().any(|packed| {

@@ -51,9 +51,9 @@ fn one_of_each_path(mut records: Records, replaces: impl Fn(&Record, &Record) ->
     records
 }
 
-/// Whether a record takes the place of another of the same path. With the same program a failure never
-/// replaces a result unless it is known to be about another content or another version of the analysis: a
-/// lost worker does not undo what another one found.
+/// Whether a record takes the place of another of the same path. With the same program a failure never replaces a result unless
+/// it is known to be about another content or another version of the analysis: a lost worker does not undo the result of another
+/// one.
 fn replaces(record: &Record, known: &Record) -> bool {
     let order = record.program().cmp(&known.program());
     if order.is_ne() || record.is_failed() == known.is_failed() {

@@ -35,15 +35,15 @@ use crate::tables::events::events;
 use crate::tables::parquet;
 use crate::tables::summary::Summary;
 
-/// What all logs of a run share.
+/// Common data of all logs of a run.
 pub(super) struct Screening<'a> {
     pub(super) fleet: &'a Fleet,
-    /// What the search for the logs found; `None` of a task, which knows its log alone.
+    /// Results of the search for the logs; `None` in a task, which knows its log alone.
     pub(super) found: Option<&'a Found>,
     pub(super) options: Options,
     /// Which logs get a report.
     pub(super) reports: Reports,
-    /// Where records and reports go.
+    /// Place of records and reports.
     pub(super) place: Place,
     pub(super) store: Store,
     /// Records of earlier runs.
@@ -200,7 +200,7 @@ impl Screening<'_> {
         Ok(false)
     }
 
-    /// Whether a report is asked for now that was not written then.
+    /// Whether a report is asked for now that an earlier run did not write.
     fn lacks_report(&self, known: &Record) -> bool {
         let asked = known
             .analysed()

@@ -1,4 +1,4 @@
-//! Where records and reports are: small objects by name, in a local folder or a bucket.
+//! Storage of records and reports: small objects by name, in a local folder or a bucket.
 
 use std::path::Path;
 use std::sync::Arc;

@@ -16,7 +16,7 @@ use crate::policy::{Judgement, Policy, RuleOutcome};
 struct Broken<'a> {
     path: &'a str,
     log_id: Option<&'a str>,
-    /// Why the log decides nothing; null if it does.
+    /// Reason why the log decides nothing; null if it decides.
     undecided: Option<&'a str>,
     broken: Vec<&'a RuleOutcome>,
 }

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use tipwatch_binding::sha256;
 
 use super::failure::FailureKind;
+use crate::analysis::calendar::YEARS_NS;
 use crate::base::shared::{Pool, Shared};
 use crate::policy::facts::{EventFacts, LogFacts};
 use crate::tables::frame::Day;
@@ -37,8 +38,8 @@ pub(super) struct Record {
     pub(super) sources: Option<Shared<str>>,
     /// Name of the model.
     pub(super) model: Shared<str>,
-    /// When the log was finished (ns since 1970, UTC). It only orders the records of one path; the data
-    /// set does not contain it.
+    /// Time at which the log was finished (ns since 1970, UTC). It only orders the records of one path; the data set does not
+    /// contain it.
     pub(super) finished_ns: i64,
     /// The result.
     pub(super) result: Outcome,
@@ -64,8 +65,8 @@ pub(super) struct MachineName {
 }
 
 impl MachineName {
-    /// Whether both were made from one machine file and the same files that it names. Of those that an older record does not
-    /// tell, nobody knows that they differ.
+    /// Whether both were made from one machine file and the same files that it names. Files that an older record does not name
+    /// count as the same.
     pub(super) fn is_of_same_files(&self, other: &Self) -> bool {
         let named = self.named_files.as_ref().zip(other.named_files.as_ref());
         self.sha256 == other.sha256 && named.is_none_or(|(a, b)| a == b)
@@ -87,14 +88,14 @@ pub(super) enum Outcome {
     },
     /// The log could not be analysed.
     Failed {
-        /// What failed.
+        /// Kind of the failure.
         kind: FailureKind,
         /// The reason.
         reason: String,
     },
 }
 
-/// What many records have in common.
+/// Values that many records have in common.
 #[derive(Debug, Default)]
 pub(super) struct Common {
     machines: Pool<MachineName>,
@@ -103,8 +104,8 @@ pub(super) struct Common {
 }
 
 impl Record {
-    /// The same in less memory, for a hundred thousand of them: what others have as well is held once, and no list has
-    /// room for more.
+    /// Compacts the record, for a hundred thousand of them in memory: values that others have as well are held once, and no list
+    /// has room for more.
     pub(super) fn compact(mut self, common: &Common) -> Self {
         if let Some(machine) = &mut self.machine {
             common.machines.share(machine);
@@ -199,18 +200,19 @@ impl Record {
         name.map_or(self.path.clone(), |name| name.to_string_lossy().into())
     }
 
-    /// The day of its first row (UTC); `None` if its stamps are not dates.
+    /// The day of its first row (UTC); `None` if no clock tells the date.
     pub(super) fn day(&self) -> Option<Day> {
         let since = self.date()?.since(jiff::civil::date(1970, 1, 1)).ok()?;
         Some(Day(since.get_days()))
     }
 
-    /// The same as a date.
+    /// Returns the day of the log's first row as a date (UTC), by the recorder's clock where its stamps are no dates; `None` if neither
+    /// tells it.
     pub(super) fn date(&self) -> Option<jiff::civil::Date> {
-        /// 1990-01-01 and 2100-01-01: stamps outside have another epoch.
-        const DATES_NS: std::ops::Range<i64> = 631_152_000_000_000_000..4_102_444_800_000_000_000;
         let (facts, _) = self.analysed()?;
-        let start = Some(facts.start_ns).filter(|start| DATES_NS.contains(start))?;
+        // older records have the stamps alone
+        let stamped = || Some(facts.start_ns).filter(|start| YEARS_NS.contains(start));
+        let start = facts.start_utc_ns.or_else(stamped)?;
         let stamp = jiff::Timestamp::from_nanosecond(start.into()).ok()?;
         Some(stamp.to_zoned(jiff::tz::TimeZone::UTC).date())
     }

@@ -1,4 +1,4 @@
-//! What a run over a fleet is asked for, reports and returns.
+//! Requests, progress and results of a run over a fleet.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -9,14 +9,14 @@ use super::totals::Totals;
 use crate::base::options::Options;
 use crate::policy::Policy;
 
-/// What to analyse, and how.
+/// Request of a run: what to analyse, and how.
 #[derive(Debug)]
 pub struct Request<'a> {
     /// Folders, patterns, manifests and logs.
     pub logs: &'a [PathBuf],
     /// The output folder.
     pub out: &'a Path,
-    /// What is written there.
+    /// Files that are written there.
     pub output: Output,
     /// Number of logs analysed in parallel.
     pub jobs: usize,
@@ -36,7 +36,7 @@ pub struct Request<'a> {
     pub stop: Option<&'a AtomicBool>,
 }
 
-/// What a run writes.
+/// Output of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Output {
     /// Records and reports, and data set and page of all of them; of a shard records and reports alone.
@@ -76,7 +76,7 @@ pub struct Gathering<'a> {
     /// The logs that must have a record, if any are named: folders, patterns, manifests and logs. Those
     /// without one are in the data set as failed.
     pub logs: &'a [PathBuf],
-    /// What the search for these logs found before their analysis; if `None`, they are searched for.
+    /// Results of the search for these logs before their analysis; if `None`, the logs are searched for.
     pub found: Option<&'a Found>,
     /// Whether records of named logs that no longer exist are removed.
     pub prune: bool,
@@ -84,7 +84,7 @@ pub struct Gathering<'a> {
     pub options: Options,
 }
 
-/// How the logs of a run are judged.
+/// Requirements by which the logs of a run are judged.
 #[derive(Debug, Clone, Copy)]
 pub struct Gate<'a> {
     /// The rules, if any.
@@ -102,14 +102,14 @@ pub enum Update<'a> {
     Done {
         /// Its path.
         log: &'a str,
-        /// Why it could not be analysed.
+        /// Reason why the log could not be analysed.
         failure: Option<&'a str>,
     },
     /// Logs that were analysed contradict each other, so that this one fails.
     Conflict {
         /// Its path.
         log: &'a str,
-        /// What contradicts what.
+        /// Description of the contradiction.
         reason: &'a str,
     },
     /// A note for the user.

@@ -13,7 +13,7 @@ pub struct Shard {
     pub count: usize,
 }
 
-/// Where an engine tells a task its index, counted from 0, and the number of tasks.
+/// Variables in which an engine gives a task its index, counted from 0, and the number of tasks.
 const ENGINES: [(&str, Option<&str>); 5] = [
     // Kubernetes, indexed job
     ("JOB_COMPLETION_INDEX", None),

@@ -36,13 +36,13 @@ pub(super) struct Index {
 /// A record that is damaged or of an unknown schema. Its name tells which log it is of only by a hash of the path.
 #[derive(Debug)]
 pub(super) struct Unreadable {
-    /// Where it is.
+    /// Path of the record.
     pub(super) place: String,
     pub(super) path_key: String,
     pub(super) reason: String,
 }
 
-/// How a run knows what was done before.
+/// Use of earlier records in a run.
 #[derive(Debug)]
 pub(super) enum Before {
     /// Earlier records are not reused.

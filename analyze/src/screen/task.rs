@@ -28,7 +28,7 @@ pub struct Task<'a> {
     pub reports: Reports,
 }
 
-/// How a task ended.
+/// Result of a task.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TaskResult {
     /// Kind and reason of the failure; `None` for an analysed log.

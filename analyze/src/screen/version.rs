@@ -30,7 +30,10 @@ struct Ingredients<'a> {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     dbc_files: Vec<String>,
     options: &'a Options,
-    /// What was stated of the logs; absent if nothing was.
+    /// Language of report and findings; absent if it is English.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    language: Option<&'static str>,
+    /// Read options that were stated for the logs; absent if none were.
     #[serde(skip_serializing_if = "Option::is_none")]
     reading: Option<ReadOptions>,
 }
@@ -55,6 +58,7 @@ pub(super) fn analysis_version(
         urdf: urdf.map(FileHash::identity),
         dbc_files: dbc_hashes(machine)?,
         options,
+        language: Some(tipwatch_language::tag()).filter(|_| !tipwatch_language::is_english()),
         reading: Some(read_options()).filter(|stated| *stated != ReadOptions::default()),
     };
     ingredients.version()
@@ -68,10 +72,10 @@ impl Ingredients<'_> {
     }
 }
 
-/// Hash of the URDF that a machine file names. Without one, that in the log is part of the log.
+/// Hash of the URDF that a machine file names. Without one, the URDF in the log is part of the log.
 ///
 /// # Errors
-/// It cannot be read.
+/// The URDF cannot be read.
 pub(super) fn urdf_hash(machine: &MachineFile) -> Result<Option<FileHash>> {
     machine.urdf_path().map(|path| hash_file(&path)).transpose()
 }
@@ -122,6 +126,7 @@ mod tests {
             urdf: None,
             dbc_files: Vec::new(),
             options: &Options::default(),
+            language: None,
             reading: None,
         };
         ingredients.version().unwrap()
@@ -140,6 +145,7 @@ mod tests {
                 urdf: None,
                 dbc_files: Vec::new(),
                 options: &Options::default(),
+                language: None,
                 reading: None,
             };
             serde_json::to_string(&ingredients).unwrap()

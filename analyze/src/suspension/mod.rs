@@ -1,4 +1,4 @@
-//! What if: replay of a log with another motion of its suspension or under suppositions, and control over standard input
+//! What-if studies: replay of a log with another motion of its suspension or under suppositions, and control over standard input
 //! and output.
 
 mod findings;

@@ -176,7 +176,7 @@ mod tests {
         assert_eq!(answers.len(), 6);
     }
 
-    /// What the program said before it gave up, and why it did.
+    /// Returns the output of the program before it gave up, and the error that ended it.
     fn said(input: &[u8]) -> (Vec<serde_json::Value>, Result<()>) {
         let file = MachineFile::read(Path::new(DATA)).unwrap();
         let mut output = Vec::new();

@@ -31,11 +31,11 @@ pub struct Summary<'a> {
     pub options: WhatIfOptions,
     /// Rows of the log and rows replayed.
     pub rows: RowSummary,
-    /// How much of the log's time could be computed.
+    /// Share of the log's time that could be computed.
     pub coverage: Coverage,
-    /// With the rods locked in the first valid row.
+    /// Motion with the rods locked in the first valid row.
     pub fixed: TrackSummary,
-    /// With the requested rod motion.
+    /// Motion with the requested rod motion.
     pub moved: TrackSummary,
     /// Mean load spread, equation (35), of the best posture at rest (N).
     pub best_mean_spread_n: f64,
@@ -45,7 +45,7 @@ pub struct Summary<'a> {
     pub actuators: BTreeMap<String, ActuatorSummary>,
     /// Rows by status of the control.
     pub statuses: BTreeMap<&'static str, usize>,
-    /// What a replay cannot show.
+    /// Limits of a replay.
     pub caveats: [&'static str; 5],
     /// Notes on the log.
     pub notes: &'a [Note],
@@ -96,7 +96,7 @@ pub struct ActuatorSummary {
 }
 
 impl<'a> Summary<'a> {
-    /// Of a replay.
+    /// Summarises a replay.
     #[must_use]
     pub fn of(what_if: &'a WhatIf) -> Self {
         let comparison = &what_if.comparison;

@@ -12,26 +12,42 @@ use crate::analysis::advice::{GroundSlope, Hypothesis, Question, asked_as};
 use crate::analysis::run::{analyse, analyse_supposing};
 use crate::analysis::standing_rows::StandingRows;
 use crate::base::number::number;
-use crate::base::options::Options;
+use crate::base::options::{Options, positive, seconds, share};
 use crate::events::split_rule::measured_forces;
 use crate::events::{Event, EventKind, Reply, ShownBy};
 
-/// What is supposed instead of what was recorded, all of it together.
-#[derive(Debug, Clone, Default, PartialEq)]
+/// Suppositions that replace recorded quantities, all of them together.
+#[derive(Debug, Clone, Default, PartialEq, clap::Args)]
 pub struct Suppositions {
-    /// The ground has no slope; the platform rocks on it as recorded.
+    /// Suppose that the ground had been level; the platform rocks on it as recorded.
+    #[arg(long = "slope-level")]
     pub level: bool,
-    /// Machine and arm travel the same path so many times as fast.
+    /// Suppose that machine and arm had travelled the same path so many times as fast.
+    #[arg(long, value_name = "TIMES", value_parser = positive)]
     pub speed: Option<f64>,
-    /// More mass of the payloads, or on the tool where none is stated (kg); less where negative.
+    /// Suppose so many kilograms more of the payloads, or on the tool where the machine file states none; less where negative.
+    #[arg(long = "payload", value_name = "KG", allow_negative_numbers = true, value_parser = seconds)]
     pub payload_kg: Option<f64>,
-    /// Joints by name that are off by a constant (rad or m).
+    /// Suppose that a joint had been off by this constant (rad or m).
+    #[arg(long = "joint", value_name = "NAME=OFFSET", value_parser = joint)]
     pub joints: Vec<(String, f64)>,
-    /// Another roll moment distribution.
+    /// Suppose another roll moment distribution.
+    #[arg(long, value_name = "D", value_parser = share)]
     pub split: Option<f64>,
 }
 
-/// What the evaluation of a supposition cannot show, beside the analysis of what was recorded.
+/// NAME=OFFSET.
+fn joint(text: &str) -> Result<(String, f64), String> {
+    let expected = || format!("expected NAME=OFFSET, such as lift=-0.3, found {text}");
+    let (name, offset) = text.split_once('=').ok_or_else(expected)?;
+    let offset: f64 = offset.parse().map_err(|_| expected())?;
+    match offset.is_finite() && !name.is_empty() {
+        true => Ok((name.into(), offset)),
+        false => Err(expected()),
+    }
+}
+
+/// Returns the limits of evaluating a supposition, beside the analysis of the log as recorded.
 #[must_use]
 pub fn caveats(
     recorded: &Analysis,
@@ -61,14 +77,19 @@ pub fn caveats(
     });
     let mut caveats = vec![
         word!("Everything else is as recorded: the path, the ground, the rocking of the platform. Nobody reacts.").to_string(),
-        word!("A speed changes velocities by its factor and accelerations by its square, on the same path: times stay those of the log.").into(),
-        word!("Sensors are not compared with each other.").into(),
     ];
+    if suppositions.speed.is_some() {
+        caveats.push(word!("A speed changes velocities by its factor and accelerations by its square, on the same path: times stay those of the log.").into());
+    }
+    caveats.push(word!("Sensors are not compared with each other.").into());
     if let Some(fall) = first_fall(recorded) {
         let at_s = recorded.rows.seconds_at(fall.start_ns);
-        caveats.insert(0, say!(
-            "The platform began to rotate about an edge at t = {at_s:.2} s. From there on the answers keep its motion from just before, and the joints move as recorded; rows and figures of B end there."
-        ));
+        caveats.insert(0, match fall.is_under_way {
+            true => word!("The log does not show how the fall began: whether it would have as supposed cannot be told.").into(),
+            false => say!(
+                "The platform began to rotate about an edge at t = {at_s:.2} s. From there on the answers keep its motion from just before, and the joints move as recorded; rows and figures of B end there."
+            ),
+        });
     }
     caveats.extend(level.or(sloped));
     let rests = bases_rest(recorded);
@@ -98,7 +119,7 @@ pub fn caveats(
     caveats
 }
 
-/// Whether each lift and tipping that was recorded would have happened as supposed, by the same evaluation as that of its
+/// Answers whether each recorded lift and tipping would have happened as supposed, by the same evaluation as that of its
 /// counterfactuals.
 #[must_use]
 pub fn replies<'a>(
@@ -109,8 +130,19 @@ pub fn replies<'a>(
     let of_a = StandingRows::all(&recorded.machine, &recorded.rows, |_| None);
     let of_b = StandingRows::all(&supposed.machine, &supposed.rows, |_| None);
     let events = recorded.events.iter();
-    let asked = events.filter(|event| !event.counterfactuals.is_empty());
+    let is_unseen =
+        |event: &Event| event.kind.is_lift() && event.is_of_fall_under_way(&recorded.events);
+    let asked = events.filter(|event| !event.counterfactuals.is_empty() || is_unseen(event));
     let reply = |event: &'a Event| {
+        if is_unseen(event) {
+            let open = Reply {
+                from_ns: event.start_ns,
+                to_ns: event.start_ns,
+                why_not: Some(word!("the log does not show the onset")),
+                ..Reply::default()
+            };
+            return Some((event, open));
+        }
         let asked = asked_as(&recorded.events, event);
         let of_event = Question::about(&of_a, &recorded.rows, asked, |question| {
             let hypotheses = suppositions.hypotheses(recorded, question.base_rests());
@@ -131,7 +163,8 @@ pub fn replies<'a>(
     asked.filter_map(reply).collect()
 }
 
-/// Where another roll moment distribution changes nothing: an outrigger crane stands on its feet, which are springs.
+/// Returns the caveat that another roll moment distribution changes nothing: an outrigger crane stands on its feet, which are
+/// springs. `None` where it may change something.
 fn without_split_rule(recorded: &Analysis, supposed: &Analysis) -> Option<&'static str> {
     let events = recorded.events.iter();
     let asked = events.filter(|event| !event.counterfactuals.is_empty());
@@ -161,7 +194,7 @@ fn first_fall(analysis: &Analysis) -> Option<&Event> {
 }
 
 impl Suppositions {
-    /// Whether level ground is all that is supposed.
+    /// Whether level ground is the only supposition.
     fn is_only_level(&self) -> bool {
         let level = Self {
             level: true,
@@ -170,13 +203,13 @@ impl Suppositions {
         *self == level
     }
 
-    /// Whether nothing is supposed.
+    /// Whether there is no supposition.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }
 
-    /// In words; which speed it is depends on what moved in what was `recorded`.
+    /// Describes the suppositions; the meaning of a speed depends on what moved in the `recorded` log.
     #[must_use]
     pub fn in_words(&self, recorded: &Analysis) -> String {
         let mut all = Vec::new();
@@ -192,8 +225,14 @@ impl Suppositions {
             }
         }));
         all.extend(self.payload_kg.map(|kg| say!("payload {kg:+} kg")));
+        let machine = &recorded.machine;
+        let unit = |name: &str| {
+            let joint = machine.joints().iter().position(|it| it.name == name);
+            let slides = joint.is_some_and(|joint| machine.joint_slides(joint));
+            if slides { "m" } else { "rad" }
+        };
         let joints = self.joints.iter();
-        all.extend(joints.map(|(name, offset)| say!("joint {name} {offset:+}")));
+        all.extend(joints.map(|(name, offset)| say!("joint {name} {offset:+} {}", unit(name))));
         all.extend(self.split.map(|d| say!("roll moment distribution {d}")));
         all.join(", ")
     }
@@ -207,7 +246,7 @@ impl Suppositions {
         supposed
     }
 
-    /// What is supposed of the states and of the machine.
+    /// Returns the hypotheses about the states and the machine.
     fn hypotheses(&self, recorded: &Analysis, base_rests: bool) -> Result<Vec<Hypothesis>> {
         let joints = recorded.machine.joints();
         let mut hypotheses = Vec::new();
@@ -236,7 +275,7 @@ impl Suppositions {
     }
 }
 
-/// Whether the base of a machine rests in each lift and tipping that was recorded, or in the whole log without any.
+/// Whether the base of a machine rests, for each recorded lift and tipping, or for the whole log without any.
 fn bases_rest(recorded: &Analysis) -> Vec<bool> {
     let standing = StandingRows::all(&recorded.machine, &recorded.rows, |_| None);
     let rests = |event: &Event| {

@@ -13,7 +13,7 @@ use crate::analysis::Analysis;
 use crate::analysis::run;
 use crate::base::options::Options;
 
-/// A replay and what it is compared with.
+/// A replay and the motions it is compared with.
 #[derive(Debug)]
 pub struct WhatIf {
     /// The log as recorded.
@@ -24,7 +24,7 @@ pub struct WhatIf {
     pub comparison: Comparison,
 }
 
-/// What a replay cannot show.
+/// Limits of a replay, as sentences.
 pub const CAVEATS: [&str; 5] = [
     message!(
         "The path of the wheels, the arm motion and the operator's commands are as recorded. With other wheel loads the \

@@ -73,7 +73,7 @@ pub fn events(events: &[Event]) -> Table {
     table
 }
 
-/// What shows a tipping, and the measured rotation.
+/// Adds the evidence for a tipping, and the measured rotation.
 fn add_rotation(table: &mut Table, events: &[Event]) {
     let shown_by = events.iter().map(|e| Some(e.shown_by?.name()));
     table.add("shown_by", None, shown_by);
@@ -98,7 +98,7 @@ fn add_rotation(table: &mut Table, events: &[Event]) {
     table.add("rested_ns", Some("ns"), all().map(|r| r?.rested_ns));
 }
 
-/// What took the load, up to the onset; null for events without a load and models without causes.
+/// Adds the contributions that took the load, up to the onset; null for events without a load and models without causes.
 fn add_causes(table: &mut Table, events: &[Event]) {
     let all = || events.iter().map(|event| event.causes.as_ref());
     table.add(

@@ -18,11 +18,11 @@ use crate::events::EventKind;
 pub struct ColumnInfo {
     /// Its name.
     pub name: &'static str,
-    /// Its unit; `None` for what has none.
+    /// Its unit; `None` without one.
     pub unit: Option<&'static str>,
     /// Type of its values.
     pub type_name: &'static str,
-    /// What it means, line by line.
+    /// Meaning of the values, line by line.
     pub meaning: &'static [&'static str],
 }
 
@@ -75,7 +75,7 @@ impl<A: Record, B: Record> Record for (A, &B) {
 pub struct Day(pub i32);
 
 impl Day {
-    /// As text, such as `2026-06-01`; `None` beyond the calendar.
+    /// Formats the day as text, such as `2026-06-01`; `None` beyond the calendar.
     #[must_use]
     pub fn date(self) -> Option<String> {
         let first = jiff::civil::date(1970, 1, 1);
@@ -249,7 +249,8 @@ impl Field for Option<Vec<String>> {
     }
 }
 
-/// Declares a [`Record`]: its comments are the meanings of the columns, and a unit may follow a type in brackets.
+/// Declares a [`Record`]: its comments are the meanings of the columns, and a unit may follow a type in brackets. With
+/// `of (arguments) { statements }` after its name, the value of each column follows, and `of` makes the record of them.
 macro_rules! record {
     ($(#[$about:meta])* $visible:vis struct $name:ident {
         $($(#[doc = $meaning:literal])+ $field:ident: $type:ty $([$unit:literal])?,)+
@@ -278,6 +279,22 @@ macro_rules! record {
                     records.clone().map(|record| &record.$field),
                 ),)+];
                 polars::prelude::DataFrame::new(records.len(), columns)
+            }
+        }
+    };
+    ($(#[$about:meta])* $visible:vis struct $name:ident of $arguments:tt { $($statements:tt)* } {
+        $($(#[doc = $meaning:literal])+ $field:ident: $type:ty $([$unit:literal])? = $value:expr,)+
+    }) => {
+        $crate::tables::frame::record! {
+            $(#[$about])* $visible struct $name {
+                $($(#[doc = $meaning])+ $field: $type $([$unit])?,)+
+            }
+        }
+
+        impl $name {
+            $visible fn of $arguments -> Self {
+                $($statements)*
+                Self { $($field: $value,)+ }
             }
         }
     };

@@ -18,7 +18,7 @@ use crate::base::predicted::Predictions;
 use crate::base::rows::{Rows, Verdicts};
 use crate::load::MeasuredLoads;
 
-/// The table of a block of rows. Its columns depend on the machine and on what was asked for alone, not on the
+/// Returns the table of a block of rows. Its columns depend on the machine and on the request alone, not on the
 /// values: all blocks of a log have the same.
 #[must_use]
 pub fn samples(
@@ -79,7 +79,7 @@ pub(super) fn add_times(table: &mut Table, times_ns: &[i64]) {
     table.add(name, Some(unit), times_ns.iter().copied());
 }
 
-/// The measured loads, and what they are more than the computed ones.
+/// Adds the measured loads, and their residuals: measured minus computed load.
 fn add_measured(
     table: &mut Table,
     machine: &Machine,
@@ -114,7 +114,7 @@ fn add_measured(
     }
 }
 
-/// What is ahead of each row, by the assumed motions.
+/// Adds the predictions of each row, by the assumed motions.
 fn add_predictions(
     table: &mut Table,
     predictions: &Predictions,

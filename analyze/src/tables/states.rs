@@ -1,4 +1,4 @@
-//! The table of states: what the sensors of a log say, on one clock.
+//! The table of states: the signals of a log's sensors, on one clock.
 
 use tipwatch_mechanics::State;
 use tipwatch_mechanics::machine::{Axis, Machine, Parameter};

@@ -140,10 +140,10 @@ impl Column {
             && self.values.dtype() == other.values.dtype()
     }
 
-    /// Adds the rows of another behind its own.
+    /// Adds the rows of another column behind those of this one.
     ///
     /// # Errors
-    /// They have another type.
+    /// The columns have different types.
     pub fn append(&mut self, other: &Self) -> PolarsResult<()> {
         self.values.append(&other.values).map(|_| ())
     }
@@ -154,7 +154,7 @@ impl Column {
         self.values.name()
     }
 
-    /// Its unit; `None` for what has none.
+    /// Its unit; `None` without one.
     #[must_use]
     pub fn unit(&self) -> Option<&str> {
         self.unit.as_deref()
@@ -166,7 +166,7 @@ impl Column {
         self.values.len()
     }
 
-    /// Whether it has no rows.
+    /// Whether the column has no rows.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.values.is_empty()
@@ -194,7 +194,7 @@ impl Column {
         (0..self.len()).map(|row| self.values.get(row).unwrap_or(Value::Null))
     }
 
-    /// Whether its numbers have 32 bits.
+    /// Whether the numbers of the column have 32 bits.
     #[must_use]
     pub fn is_single(&self) -> bool {
         *self.values.dtype() == DataType::Float32

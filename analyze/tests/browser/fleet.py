@@ -10,6 +10,12 @@ from pathlib import Path
 
 from browser import Browser
 
+# heads of the columns that are sorted, the last by its text, and what is said of a machine that nobody knows
+WORDS = {
+    "en": (("Lifted", "Speed", "Tilt"), "Doubt or failure", "unknown"),
+    "de": (("Abgehoben", "Geschwindigkeit", "Schräglage"), "Zweifel oder Fehler", "unbekannt"),
+}
+
 # least contrast of what a chart shows to its background (WCAG 2, 1.4.11)
 LEAST_CONTRAST = 3
 
@@ -28,12 +34,13 @@ def main(page):
                 browser.wait_for("Page.loadEventFired")
                 while not browser.run("document.querySelectorAll('#explorer th button').length"):
                     pass
-                for column in ("Lifted", "Speed", "Tilt"):
+                numbers, texts, unknown = WORDS[browser.run("document.documentElement.lang")]
+                for column in numbers:
                     sorts(browser, column, number, ["descending", "ascending"])
-                sorts(browser, "Doubt or failure", str, ["ascending", "descending"])
+                sorts(browser, texts, str, ["ascending", "descending"])
                 # a machine that nobody knows is none to choose
                 choices = browser.run("[...document.querySelectorAll('#explorer td button')].map(button => button.textContent)")
-                assert choices and "unknown" not in choices, choices
+                assert choices and unknown not in choices, choices
                 shows(browser, theme)
         finally:
             browser.close()
@@ -41,7 +48,7 @@ def main(page):
 
 
 def number(cell):
-    return float(re.match(r"[\d.]*", cell)[0])
+    return float(re.match(r"[\d.,]*", cell)[0].replace(",", "."))
 
 
 def sorts(browser, column, value, expected):

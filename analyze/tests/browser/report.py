@@ -4,7 +4,8 @@
     python analyze/tests/browser/report.py REPORT.html [FOLDER]
 
 Fails if the page has an error, asks for anything but itself, does not paint within two seconds, if zoom, time slider or
-sliders of a change do not work, if anything overflows, collides, is blank or has no name, or if the summary is longer than a sheet of paper. FOLDER receives pictures at three window widths and the printed page.
+sliders of a change do not work, if anything overflows, collides, is blank or has no name, or if the summary is longer than a sheet of paper or has
+pictures that nobody can read on it. FOLDER receives pictures at three window widths and the printed page.
 """
 
 import base64
@@ -20,6 +21,7 @@ from browser import Browser
 WIDTHS = (420, 900, 1600)
 SLOWEST_PAINT_MS = 2000
 SLOWEST_FIGURES_S = 20
+LEAST_LETTERS_PT = 5.2
 
 
 def check(browser, page):
@@ -185,15 +187,22 @@ def names(browser):
 
 
 def first_sheet(browser):
-    """The summary is one sheet of A4: with the margins of print, 186 by 273 mm at 96 dots per inch."""
+    """The summary is one sheet of A4: with the margins of print, 186 by 273 mm at 96 dots per inch. Its pictures can be read."""
     browser.ask("Emulation.setEmulatedMedia", media="print")
     browser.ask("Emulation.setDeviceMetricsOverride", width=703, height=1032, deviceScaleFactor=1, mobile=False)
     time.sleep(0.5)
     height = browser.run("document.querySelector('.sheet').getBoundingClientRect().bottom")
+    letters = browser.run("""[...document.querySelectorAll('.sheet svg')].flatMap(svg => {
+        const box = svg.getBoundingClientRect(), view = svg.viewBox.baseVal;
+        const scale = Math.min(box.width / view.width, box.height / view.height);
+        return [...svg.querySelectorAll('text')].map(t => [0.75 * scale * parseFloat(getComputedStyle(t).fontSize), t.textContent]); })""")
     browser.ask("Emulation.clearDeviceMetricsOverride")
     browser.ask("Emulation.setEmulatedMedia", media="")
     assert height <= 1032, f"the summary is {height:.0f} of 1032 dots high"
     print(f"the summary takes {height:.0f} of 1032 dots")
+    small = [(size, text) for size, text in letters if size < LEAST_LETTERS_PT]
+    assert not small, f"letters of pictures on paper have less than {LEAST_LETTERS_PT} points: {small}"
+    print(f"letters of {len(letters)} texts in pictures can be read on paper")
 
 
 def pictures(browser, folder):

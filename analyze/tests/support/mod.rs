@@ -1,4 +1,4 @@
-//! Fixtures, the program under test, and what it printed.
+//! Fixtures, the program under test, and its output.
 
 use std::fs;
 use std::path::{Path, PathBuf};

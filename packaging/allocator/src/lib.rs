@@ -11,7 +11,7 @@ use std::ffi::{c_int, c_long};
 
 /// `mi_option_purge_delay`.
 const PURGE_DELAY: c_int = 15;
-/// In milliseconds: longer than between one log and the next.
+/// Delay in milliseconds: longer than between one log and the next.
 const BETWEEN_TASKS_MS: c_long = 1000;
 
 #[allow(unsafe_code, reason = "the allocator is a C library")]

@@ -120,7 +120,7 @@ pub fn decimals(text: impl Into<String>) -> String {
     }
 }
 
-/// With a comma in place of a point between two digits.
+/// Returns the text with a comma in place of a point between two digits.
 fn with_commas(text: &str) -> String {
     let bytes = text.as_bytes();
     let is_digit = |at: Option<usize>| {
@@ -220,7 +220,7 @@ pub fn placeholder_names(template: &str) -> Vec<String> {
 /// A part of a template.
 enum Part<'a> {
     Text(&'a str),
-    /// Its name, without its format.
+    /// Name of the placeholder, without its format.
     Placeholder(&'a str),
 }
 
@@ -256,7 +256,7 @@ fn of_english(english: &str) -> Option<&'static str> {
 }
 
 /// The German sentences, by where their English ones stand.
-const GERMAN: [&str; 7] = [
+const GERMAN: [&str; 8] = [
     include_str!("german/names.toml"),
     include_str!("german/parts.toml"),
     include_str!("german/findings.toml"),
@@ -264,6 +264,7 @@ const GERMAN: [&str; 7] = [
     include_str!("german/analysis.toml"),
     include_str!("german/machine.toml"),
     include_str!("german/compare.toml"),
+    include_str!("german/fleet.toml"),
 ];
 
 /// The German of every English sentence.

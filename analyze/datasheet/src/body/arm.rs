@@ -109,7 +109,7 @@ impl Build<'_> {
             .collect()
     }
 
-    /// Masses of the segments: stated, or shares of what is left of the arm's mass.
+    /// Returns the masses of the segments: as stated, or shares of the remaining mass of the arm.
     fn masses(&mut self, lengths: &[f64]) -> Result<Masses, SheetError> {
         let arm = &self.sheet.arm;
         let stated: Vec<Option<f64>> = arm.segments.iter().map(|s| s.mass.map(|m| m.si)).collect();

@@ -220,8 +220,8 @@ impl Build<'_> {
         }
     }
 
-    /// How well links from an index on are known: their masses as a share, their centres of mass as a share of their
-    /// size.
+    /// Sets the standard deviations of the links from an index on: of their masses as a share of the mass, of their centres of
+    /// mass as a share of the extent.
     pub(super) fn known_within(&mut self, from: usize, mass: f64, place: f64) {
         for link in &mut self.machine.links[from..] {
             link.mass_sigma = mass * link.mass;
@@ -259,7 +259,7 @@ impl Build<'_> {
         Some(self.size.front - joint.behind.si)
     }
 
-    /// The frame that carries what is at x.
+    /// Returns the frame that carries parts at x.
     pub(super) fn frame_at(&self, x: f64) -> usize {
         let Some(joint) = self.frame_joint() else {
             return 0;

@@ -1,4 +1,4 @@
-//! What stands on the ground: wheels, bogies, pendulum axles, tracks.
+//! Supports of a machine: wheels, bogies, pendulum axles, tracks.
 
 use super::build::{Build, DARK, GREY};
 use super::machine::{AxleGroup, JointKind, Role, Solid, Wheel};

@@ -11,15 +11,15 @@ pub struct Machine {
     pub name: String,
     /// Its kind.
     pub template: Template,
-    /// Where the numbers come from.
+    /// Sources of the numbers.
     pub sources: Vec<String>,
     /// The links, parents before children; the first is the base.
     pub links: Vec<Link>,
     /// The wheels, or the points of the tracks.
     pub wheels: Vec<Wheel>,
-    /// What was assumed.
+    /// Assumptions made where the sheet says nothing.
     pub assumptions: Vec<Assumption>,
-    /// What a reader should know of the numbers.
+    /// Remarks on the numbers, for the reader.
     pub notes: Vec<String>,
     /// Operating mass (kg): the sum of the axle loads where the sheet states them.
     pub mass: f64,
@@ -52,11 +52,11 @@ pub(crate) struct Outrigger {
     pub(crate) link: String,
     /// Place (m).
     pub(crate) x: f64,
-    /// When it stands on the ground; `None` if the sheet does not say.
+    /// Time in which the outrigger stands on the ground; `None` if the sheet does not state it.
     pub(crate) set: Option<PadSet>,
 }
 
-/// When a pad stands on the ground.
+/// Time in which a pad stands on the ground.
 #[derive(Debug, Clone)]
 pub(crate) enum PadSet {
     Always(bool),
@@ -69,7 +69,7 @@ impl Outrigger {
         self.link.to_uppercase()
     }
 
-    /// Whether it stands on the ground at some time.
+    /// Whether the pad stands on the ground at some time.
     pub(crate) fn may_be_set(&self) -> bool {
         self.set
             .as_ref()
@@ -100,20 +100,20 @@ pub struct Link {
     pub shapes: Vec<Shape>,
 }
 
-/// How a joint moves.
+/// Motion of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum JointKind {
-    /// It does not.
+    /// No motion.
     Fixed,
-    /// It turns.
+    /// Rotation within limits.
     Revolute,
-    /// It turns without limits.
+    /// Rotation without limits.
     Continuous,
-    /// It slides.
+    /// Translation.
     Prismatic,
 }
 
-/// What a joint is for.
+/// Function of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Role {
     Fixed,
@@ -126,7 +126,7 @@ pub(crate) enum Role {
     /// Bogies, pendulum axles, frame roll joints.
     Passive,
     Wheel,
-    /// It follows another joint.
+    /// A joint that follows another one.
     Follows,
 }
 
@@ -135,7 +135,7 @@ pub(crate) enum Role {
 pub struct Joint {
     /// Its name.
     pub name: String,
-    /// How it moves.
+    /// Motion of the joint.
     pub kind: JointKind,
     /// Index of the parent link.
     pub parent: usize,
@@ -147,7 +147,7 @@ pub struct Joint {
     pub axis: [f64; 3],
     /// Limits (rad or m).
     pub limits: Option<[f64; 2]>,
-    /// The joint that it follows, and the factor.
+    /// Joint that this joint follows, and the factor.
     pub mimic: Option<(String, f64)>,
     /// Its position in the posture of the sheet (rad or m).
     pub at: f64,
@@ -157,7 +157,7 @@ pub struct Joint {
 /// A shape of a link.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shape {
-    /// What it is.
+    /// Solid of the shape.
     pub solid: Solid,
     /// Its middle in the link (m).
     pub xyz: [f64; 3],
@@ -194,7 +194,7 @@ pub struct Wheel {
     pub stiffness: f64,
     /// Index of its axle.
     pub axle: usize,
-    /// How far the radius may be off, as a share, where it is known from the tyre's designation only.
+    /// Possible deviation of the radius, as a share, where only the designation of the tyre determines the radius.
     pub guess_band: Option<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! Where the links are.
+//! Poses of the links.
 
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 

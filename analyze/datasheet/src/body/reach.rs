@@ -1,4 +1,4 @@
-//! How far the arm reaches.
+//! Reach of the arm.
 
 use super::machine::{JointKind, Link, Role};
 use super::pose::{poses, sheet_positions};

@@ -3,7 +3,7 @@
 use crate::prior::Template;
 use crate::sheet::SegmentKind;
 
-/// What a kind of machine works with.
+/// Working equipment of a kind of machine.
 pub(super) struct Equipment {
     /// Name and kind of each segment of the arm, and whether it telescopes.
     pub(super) segments: &'static [(&'static str, SegmentKind, bool)],

@@ -2,7 +2,7 @@
 
 use std::io::{BufRead, Result, Write};
 
-/// Asks until `read` takes the answer, which may be empty; of an answer that it refuses, it says what was expected.
+/// Asks until `read` takes the answer, which may be empty; after a refused answer it prints the expected one.
 ///
 /// # Errors
 /// The terminal cannot be read or written, or the answers end early.
@@ -22,7 +22,7 @@ pub fn prompt<T>(
     }
 }
 
-/// One line, without the line break.
+/// Reads one line, and returns it without the line break.
 fn line(input: &mut dyn BufRead) -> Result<String> {
     let mut text = String::new();
     if input.read_line(&mut text)? == 0 {
@@ -34,7 +34,7 @@ fn line(input: &mut dyn BufRead) -> Result<String> {
     Ok(text.trim().to_owned())
 }
 
-/// What is said of an answer that cannot be read.
+/// Returns the message about an answer that cannot be read.
 #[must_use]
 pub fn refusal(expected: &str, found: &str) -> String {
     format!("Expected {expected}, found \"{found}\".")

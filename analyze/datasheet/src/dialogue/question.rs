@@ -7,15 +7,15 @@ pub struct Question {
     pub key: String,
     /// The question.
     pub text: String,
-    /// Whether an empty answer is none.
+    /// Whether an answer must be given: an empty one does not count.
     pub is_required: bool,
-    /// The key without whose answer it is not asked.
+    /// Key of the question without whose answer this one is not asked.
     pub after: Option<String>,
-    /// What an answer is.
+    /// Type of the answer.
     pub(super) kind: Kind,
 }
 
-/// What an answer is.
+/// Type of an answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     /// A number, perhaps with its unit.

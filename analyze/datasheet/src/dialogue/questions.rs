@@ -19,7 +19,7 @@ enum Part {
 }
 
 impl Part {
-    /// How many a kind of machine has, with this many axles.
+    /// Returns the number of such parts of a kind of machine with `axles` axles.
     fn count(self, template: Template, axles: usize) -> usize {
         match self {
             Self::Machine => 1,
@@ -41,7 +41,7 @@ struct Place {
 }
 
 impl Place {
-    /// What the questions call a part; empty for the machine as a whole.
+    /// Returns the name of a part in the questions; empty for the machine as a whole.
     fn name(&self, part: Part) -> String {
         match (part, self.index) {
             (Part::Machine, _) => String::new(),
@@ -136,8 +136,8 @@ macro_rules! questions {
     (@after $after:literal) => { Some($after) };
 }
 
-/// One question a row: the part it is about, whether an answer is needed, what an answer is, the key (`*` is the number of the
-/// part), the text, the key without whose answer it is not asked, and the machines and parts of which it is asked. Rows of one
+/// Questions, one a row: the part, whether an answer is needed, the type of the answer, the key (`*` is the number of the part),
+/// the text, the key without whose answer the question is not asked, and the machines and parts of which it is asked. Rows of one
 /// part that follow each other are asked together, part by part.
 const QUESTIONS: &[Row] = questions! {
     Machine NEEDED Text   "name" "Name of the machine";

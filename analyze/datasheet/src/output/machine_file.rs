@@ -7,12 +7,12 @@ use super::text::{comment, float, quoted, triple};
 use crate::body::{Joint, Machine, Role, Wheel};
 use crate::prior::SHEET_MASS_SIGMA;
 
-/// What a log of the machine and its user add to a machine file.
+/// Values that a log of the machine and the user add to a machine file.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct FromLog<'a> {
     /// The section `[signals]`.
     pub signals: &'a str,
-    /// Keys of guesses in it that nobody has confirmed.
+    /// Keys of guesses in the section that nobody has confirmed.
     pub unconfirmed: &'a [String],
     /// Position of the IMU in the base link (m), where it was stated.
     pub imu_xyz: Option<[f64; 3]>,
@@ -23,7 +23,8 @@ pub struct FromLog<'a> {
 }
 
 impl Machine {
-    /// The machine file beside a URDF of this name, with what a log of it adds; without one the signals are left open.
+    /// Returns the machine file beside a URDF of this name, with the values that a log of the machine adds; without a log the
+    /// signals are left open.
     #[must_use]
     pub fn machine_file(&self, urdf: &str, log: Option<FromLog<'_>>) -> String {
         let signals = log.map(|log| log.signals);
@@ -239,7 +240,7 @@ impl Machine {
         );
     }
 
-    /// How well each part is known.
+    /// Writes the standard deviations of mass and centre of mass of each link.
     fn write_links(&self, out: &mut String) {
         out.push('\n');
         comment(

@@ -1,4 +1,4 @@
-//! What a machine is written as: URDF, machine file, picture, summary.
+//! Outputs of a machine: URDF, machine file, picture, summary.
 
 mod machine_file;
 mod picture;
@@ -9,3 +9,4 @@ mod text;
 mod urdf;
 
 pub use machine_file::FromLog;
+pub use text::{comment, quoted};

@@ -7,13 +7,13 @@ use crate::body::{Machine, Shape, Solid, poses};
 /// A plane of the picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum View {
-    /// From the right: x to the right, z up.
+    /// View from the right: x to the right, z up.
     Side,
-    /// From above: x to the right, y up.
+    /// View from above: x to the right, y up.
     Top,
 }
 
-/// An outline and what it belongs to.
+/// An outline of the picture: points, colour and depth.
 #[derive(Debug, Clone)]
 pub(super) struct Outline {
     pub(super) points: Vec<[f64; 2]>,

@@ -38,7 +38,7 @@ pub(super) fn write_tracks(out: &mut String, machine: &Machine) {
     }
 }
 
-/// Writes what the machine file says about outriggers.
+/// Writes the section on outriggers.
 pub(super) fn write(out: &mut String, machine: &Machine) {
     if machine.outriggers.is_empty() {
         return;
@@ -81,8 +81,8 @@ pub(super) fn write(out: &mut String, machine: &Machine) {
     comment(out, &format!("and in {which}: {}", raised_by(&open)));
 }
 
-/// What holds a wheel, or else the tracks, off the ground: the pads that may be set, while all of them are. `None` if
-/// nothing does.
+/// Returns the key `raised_by` for a wheel, or else for the tracks, with the pads that may be set: while all of them are set,
+/// they hold the wheel off the ground. `None` if no pads do.
 pub(super) fn raised_by_pads(machine: &Machine, wheel: Option<&Wheel>) -> Option<String> {
     let pads: Vec<&Outrigger> = (machine.outriggers.iter())
         .filter(|pad| pad.may_be_set())

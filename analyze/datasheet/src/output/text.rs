@@ -4,12 +4,13 @@
 const WIDTH: usize = 110;
 
 /// A TOML string.
-pub(super) fn quoted(text: &str) -> String {
+#[must_use]
+pub fn quoted(text: &str) -> String {
     toml::Value::from(text).to_string()
 }
 
-/// A comment, wrapped; line breaks in the text cannot end it.
-pub(super) fn comment(out: &mut String, text: &str) {
+/// Appends a TOML comment, wrapped; line breaks in the text cannot end it.
+pub fn comment(out: &mut String, text: &str) {
     let mut line = String::from("#");
     for word in text.split(|c: char| c.is_whitespace() || c.is_control()) {
         if line.len() > 1 && line.len() + 1 + word.len() > WIDTH {

@@ -11,7 +11,7 @@ const EFFORT: &str = "1e6";
 const VELOCITY: &str = "10";
 
 impl Machine {
-    /// The URDF. Numbers are exact: the machine weighs what the sheet says.
+    /// Returns the URDF. Numbers are exact: the machine has the mass of the sheet.
     #[must_use]
     pub fn urdf(&self) -> String {
         let mut out = String::from("<?xml version=\"1.0\"?>\n");

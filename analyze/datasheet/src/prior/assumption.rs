@@ -1,11 +1,11 @@
-//! The list of what was assumed.
+//! The list of assumptions.
 
-/// Something that the sheet does not say.
+/// A value that the sheet does not state.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Assumption {
-    /// What was assumed, with its value.
+    /// The assumption, with its value.
     pub what: String,
-    /// Why.
+    /// Reason for the assumption.
     pub why: String,
 }
 

@@ -1,4 +1,4 @@
-//! What is assumed where a sheet says nothing: the kinds of machines, their priors, and the list of assumptions.
+//! Assumptions where a sheet says nothing: the kinds of machines, their priors, and the list of assumptions.
 
 mod assumption;
 mod template;
@@ -12,7 +12,7 @@ pub(crate) use template::{Balance, Prior};
 pub(crate) const WHEEL_DENSITY: f64 = 1100.0;
 /// Deflection of a tyre under its load on the sheet, as a share of its radius.
 pub(crate) const TYRE_DEFLECTION: f64 = 0.04;
-/// The same for the ground below a roller of a track (m).
+/// Deflection of the ground below a roller of a track (m).
 pub(crate) const TRACK_DEFLECTION: f64 = 0.01;
 /// Mass of a bogie beam or a pendulum axle as a share of the load that it carries.
 pub(crate) const BEAM_SHARE: f64 = 0.06;

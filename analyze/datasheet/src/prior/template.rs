@@ -32,7 +32,7 @@ pub enum Template {
     CrawlerExcavator,
 }
 
-/// Which body takes what the axle loads leave over.
+/// Body that takes the remainder of the axle loads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Balance {
     /// The platform, or the carrier below a superstructure.
@@ -43,10 +43,10 @@ pub(crate) enum Balance {
     Frames,
 }
 
-/// What is assumed of a kind of machine.
+/// Prior assumptions about a kind of machine.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Prior {
-    /// One line about it.
+    /// Description of the kind, in one line.
     pub(crate) title: &'static str,
     /// Height of the centre of mass of the platform as a share of the overall height.
     pub(crate) com_height: f64,
@@ -54,7 +54,7 @@ pub(crate) struct Prior {
     pub(crate) arm: f64,
     /// Share of the first axle in the operating mass.
     pub(crate) first_axle: f64,
-    /// Mass of the superstructure as a share of what arm and wheels leave.
+    /// Mass of the superstructure as a share of the mass without arm and wheels.
     pub(crate) superstructure: f64,
     pub(crate) balance: Balance,
     pub(crate) has_tracks: bool,
@@ -96,7 +96,7 @@ const BASIC: Prior = Prior {
 };
 
 impl Template {
-    /// One line about it.
+    /// Returns the description of the kind, in one line.
     #[must_use]
     pub fn title(self) -> &'static str {
         self.prior().title

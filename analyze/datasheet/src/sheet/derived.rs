@@ -1,4 +1,4 @@
-//! What follows from the numbers of a checked sheet.
+//! Quantities that follow from the numbers of a checked sheet.
 
 use super::spec::{Axle, Sheet};
 

@@ -1,4 +1,4 @@
-//! The sheet: the numbers as written, their checks, and what follows from a tyre's name.
+//! The sheet: the numbers as written, their checks, and the size of a tyre by its designation.
 
 mod check;
 mod derived;

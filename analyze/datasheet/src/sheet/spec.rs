@@ -17,7 +17,7 @@ pub struct Sheet {
     pub template: Template,
     /// Name of the machine.
     pub name: String,
-    /// Where the numbers come from, a line each.
+    /// Sources of the numbers, a line each.
     #[serde(default)]
     pub sources: Vec<String>,
     /// Operating mass: of everything that stands on the ground, with the arm in the posture of the sheet.
@@ -43,7 +43,7 @@ pub struct Sheet {
     pub tracks: Option<Tracks>,
     /// The joint between front and rear frame.
     pub articulation: Option<Articulation>,
-    /// What turns the arm, or the whole superstructure.
+    /// Slewing joint of the arm, or of the whole superstructure.
     pub slew: Option<Slew>,
     /// The upper carriage that turns with the arm.
     pub superstructure: Option<Superstructure>,
@@ -69,7 +69,7 @@ pub struct Axle {
     pub track: Option<Length>,
     /// Load of this axle, as the scale under it reads.
     pub load: Option<Mass>,
-    /// The same with the rated load.
+    /// Load of this axle with the rated load on the tool.
     pub laden: Option<Mass>,
     /// Designation of the tyre, such as `20.5R25`.
     pub tyre: Option<String>,
@@ -158,21 +158,21 @@ pub struct Arm {
     pub reach: Option<Length>,
     /// Its segments, from the machine to the tip.
     pub segments: Vec<Segment>,
-    /// What is at its tip.
+    /// Tool at the tip.
     pub tool: Option<Tool>,
 }
 
-/// How a segment moves against the one before it.
+/// Motion of a segment relative to the one before it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, strum::Display)]
 #[serde(rename_all = "kebab-case")]
 #[strum(serialize_all = "kebab-case")]
 pub enum SegmentKind {
-    /// It lifts: positive is upwards.
+    /// Lifting joint: positive is upwards.
     #[default]
     Lift,
-    /// It turns about the upright axis of the segment before it: positive is to the left.
+    /// Joint about the upright axis of the segment before: positive is to the left.
     Yaw,
-    /// It turns about its own length.
+    /// Joint about the segment's own length.
     Roll,
     /// An upright mast: positive is backwards; its extension lifts the tool.
     Mast,
@@ -184,7 +184,7 @@ pub enum SegmentKind {
 pub struct Segment {
     /// Its name, which its joint has too.
     pub name: String,
-    /// How it moves.
+    /// Motion of the segment.
     #[serde(default)]
     pub kind: SegmentKind,
     /// Length from its pin to the next one; at most one may be left out if the reach is known.
@@ -196,13 +196,13 @@ pub struct Segment {
     pub range: Option<[Angle; 2]>,
     /// Its angle in the posture of the sheet.
     pub at: Option<Angle>,
-    /// Length that it telescopes.
+    /// Largest telescopic extension.
     pub extension: Option<Length>,
     /// Its extension in the posture of the sheet.
     pub extended: Option<Length>,
     /// Number of its telescopic sections.
     pub sections: Option<u8>,
-    /// The cylinder that turns it.
+    /// Cylinder that turns the segment.
     pub cylinder: Option<Cylinder>,
 }
 
@@ -216,7 +216,7 @@ pub struct Cylinder {
     /// Its pin on the segment: along and across it, from the segment's pin.
     #[serde(deserialize_with = "exactly")]
     pub eye: [Length; 2],
-    /// Length between the pins when it is retracted.
+    /// Length of the retracted cylinder between the pins.
     pub closed: Length,
     /// Stroke.
     pub stroke: Length,
@@ -226,7 +226,7 @@ pub struct Cylinder {
     pub rod: Length,
 }
 
-/// What is at the tip of an arm.
+/// Tool at the tip of an arm.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Tool {
@@ -253,20 +253,20 @@ pub struct Outriggers {
     pub base: Length,
     /// Side or diameter of a pad.
     pub pad: Option<Length>,
-    /// When the pads stand on the ground in the logs of this machine.
+    /// Time in which the pads stand on the ground in the logs of this machine.
     pub set: Option<OutriggersSet>,
 }
 
-/// When a pair of outriggers stands on the ground.
+/// Time in which a pair of outriggers stands on the ground.
 #[derive(Debug, Clone, PartialEq)]
 pub enum OutriggersSet {
     /// In every row, or in none.
     Always(bool),
     /// While a signal of each side says so.
     Signals {
-        /// Of the left pad.
+        /// Signal of the left pad.
         left: Switch,
-        /// Of the right pad.
+        /// Signal of the right pad.
         right: Switch,
     },
 }
@@ -299,7 +299,7 @@ impl<'de> Deserialize<'de> for OutriggersSet {
     }
 }
 
-/// A number in a log that tells whether something is on.
+/// A number in a log that shows whether something is on.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Switch {
@@ -307,7 +307,7 @@ pub struct Switch {
     pub topic: String,
     /// Path of the number in a message.
     pub field: String,
-    /// The value from which it is on; 0.5 where it is not stated.
+    /// Value from which the switch is on; 0.5 where it is not stated.
     pub above: Option<f64>,
 }
 

@@ -16,7 +16,7 @@
 pub(crate) struct Tyre {
     pub(crate) radius: f64,
     pub(crate) width: f64,
-    /// How far the radius of a real tyre may be off, as a share.
+    /// Possible deviation of a real tyre's radius, as a share.
     pub(crate) band: f64,
 }
 
@@ -24,7 +24,7 @@ const INCH: f64 = 0.0254;
 /// Widths from here on are in millimetres.
 const IN_MILLIMETRES: f64 = 100.0;
 
-/// What a series says about its tyres.
+/// Proportions of the tyres of a series.
 #[derive(Debug, Clone, Copy)]
 struct Series {
     /// Section height by width.
@@ -40,7 +40,7 @@ const fn series(aspect: f64, band: f64) -> Series {
 /// Width with two decimals, quarters of an inch (7.00-12, 10.00-20, 18.00-25): truck, industrial, grader and dumper tyres
 /// of the first standard, whose section is about as high as wide.
 const CONVENTIONAL: Series = series(1.04, 0.04);
-/// The same of rigid dumpers, on rims from 33 inches (18.00R33, 27.00R49, 40.00R57).
+/// Tyres of rigid dumpers of the same designation, on rims from 33 inches (18.00R33, 27.00R49, 40.00R57).
 const DUMPER: Series = series(1.065, 0.04);
 /// Other two decimals (8.15-15): the low industrial series.
 const LOW_INDUSTRIAL: Series = series(0.8, 0.05);
@@ -56,17 +56,17 @@ const AGRICULTURAL_BROAD: Series = series(0.81, 0.04);
 const LOW_SECTION: Series = series(0.7, 0.05);
 /// Tubeless truck tyres: whole width, rim with half an inch (11R22.5).
 const TUBELESS: Series = series(0.86, 0.04);
-/// The same on one wide wheel (18R22.5), and skid-steer loaders with cross-ply tyres (12-16.5).
+/// Tubeless truck tyres on one wide wheel (18R22.5), and skid-steer loaders with cross-ply tyres (12-16.5).
 const TUBELESS_WIDE: Series = series(0.68, 0.05);
 /// Whole width in inches on a whole rim (11-28): former names of conventional and agricultural tyres.
 const WHOLE_INCHES: Series = series(1.02, 0.08);
 /// Width in millimetres without a ratio, radial (195R14): ISO series 82, listed slightly lower.
 const METRIC_RADIAL: Series = series(0.8, 0.04);
-/// The same on industrial rims (250-15, 300-15).
+/// Width in millimetres without a ratio, on industrial rims (250-15, 300-15).
 const METRIC_INDUSTRIAL: Series = series(0.73, 0.08);
 /// Stated ratio (710/45-26.5): makers round D and grow with the tread.
 const STATED_RATIO: f64 = 0.03;
-/// What treads add to a stated ratio of earth-mover tyres on the largest rims (35/65R33, 59/80R63).
+/// Part that treads add to the stated ratio of height to width of earth-mover tyres on the largest rims (35/65R33, 59/80R63).
 const TREAD: f64 = 0.015;
 /// Rims of rigid dumpers and the largest loaders (inches); the largest there is.
 const LARGE_RIM: f64 = 33.0;
@@ -79,8 +79,7 @@ const STATED_DIAMETER: f64 = 0.04;
 const SOLID: f64 = 0.02;
 
 impl Tyre {
-    /// From designations such as `710/45-26.5`, `20.5R25`, `7.00-12`, `16.9-24`, `18x7-8` and `200x50`; `None` for
-    /// others.
+    /// Parses designations such as `710/45-26.5`, `20.5R25`, `7.00-12`, `16.9-24`, `18x7-8` and `200x50`; `None` for others.
     pub(crate) fn parse(designation: &str) -> Option<Self> {
         let text = designation.trim().to_ascii_uppercase().replace(',', ".");
         if text.starts_with(['-', '+']) {
@@ -174,7 +173,7 @@ fn series_of(width: &Number, rim: f64, is_radial: bool) -> Series {
     }
 }
 
-/// What is before the rim, the rim (inches), and whether the tyre is radial.
+/// Splits a designation into the text before the rim, and the rim (inches) with whether the tyre is radial.
 fn split_rim(text: &str) -> (&str, Option<(f64, bool)>) {
     let starts_number = |rest: &str| rest.trim_start().starts_with(|c: char| c.is_ascii_digit());
     let mut marks = text
@@ -200,7 +199,7 @@ fn half(diameter: f64) -> f64 {
     length(diameter, diameter) / 2.0
 }
 
-/// A length in metres; `largest` of the designation tells its unit.
+/// Converts a length to metres; the size of `largest` in the designation determines its unit.
 fn length(value: f64, largest: f64) -> f64 {
     match largest >= IN_MILLIMETRES {
         true => value * 1e-3,
@@ -213,7 +212,7 @@ struct Number {
     value: f64,
     /// Digits behind the point.
     decimals: usize,
-    /// Whether an L for a low section follows.
+    /// Whether the number is followed by an L for a low section.
     is_low: bool,
 }
 

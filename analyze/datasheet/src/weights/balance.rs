@@ -19,7 +19,7 @@ use crate::sheet::Sheet;
 
 /// Least share of the operating mass that frames and superstructure have.
 const LEAST_REST: f64 = 0.15;
-/// Least share of one of two bodies in what they have together.
+/// Least share of one of two bodies in their common mass.
 const LEAST_SHARE: f64 = 0.15;
 /// Standard deviation of a height that was assumed, as a share of the overall height.
 const HEIGHT_SIGMA: f64 = 0.06;
@@ -115,8 +115,8 @@ pub(super) fn balance(sheet: &Sheet, machine: &mut Machine) -> Result<(), SheetE
     Ok(())
 }
 
-/// Standard deviations of the bodies that take what is left. The sheet weighs the whole machine; what is shared among
-/// two bodies by a prior is known worse, and so is a place that no axle load determines.
+/// Sets the standard deviations of the bodies that take the remaining mass. The sheet weighs the whole machine; a mass that a
+/// prior shares among two bodies is known worse, and so is a position that no axle load determines.
 fn spread(sheet: &Sheet, machine: &mut Machine, rest: f64) {
     let is_weighed = machine.stated_axle_loads().is_some();
     let several = machine.unknown.len() > 1;
@@ -176,7 +176,7 @@ fn horizontal(machine: &Machine) -> Option<f64> {
     Some(moment / sum)
 }
 
-/// The bodies that take what is left on the horizontal axes.
+/// Returns the bodies that take the remaining mass on the horizontal axes.
 fn free_bodies(sheet: &Sheet, count: usize) -> Vec<usize> {
     let stated = sheet
         .superstructure
@@ -278,7 +278,7 @@ fn shift(places: &mut [Vector3<f64>], masses: &[f64], free: &[usize], axis: usiz
     }
 }
 
-/// The height of the centre of mass that the sheet tells (m).
+/// Returns the height of the centre of mass that the sheet states (m).
 fn stated_height(sheet: &Sheet, machine: &Machine) -> Result<Option<f64>, SheetError> {
     if let Some(height) = sheet.centre_of_mass_height {
         return Ok(Some(height.si));
@@ -333,7 +333,7 @@ fn stated_height(sheet: &Sheet, machine: &Machine) -> Result<Option<f64>, SheetE
     Ok(Some(height))
 }
 
-/// The bodies that take what is left lie within the machine.
+/// Checks that the bodies with the remaining mass lie within the machine.
 fn check_places(
     sheet: &Sheet,
     machine: &Machine,

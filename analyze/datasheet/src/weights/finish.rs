@@ -1,4 +1,4 @@
-//! What follows from the masses: inertias, tyre stiffness, and the loads with the rated load.
+//! Quantities that follow from the masses: inertias, tyre stiffness, and the loads with the rated load.
 
 use nalgebra::Point3;
 

@@ -1,4 +1,4 @@
-//! Distributes the mass of the machine to its bodies so that it weighs what the sheet says, axle by axle.
+//! Distributes the mass of the machine to its bodies so that every axle has the load of the sheet.
 
 mod balance;
 mod finish;

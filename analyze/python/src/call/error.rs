@@ -58,7 +58,7 @@ pub(crate) fn of_kind(py: Python<'_>, kind: &str, text: &str) -> PyErr {
     )
 }
 
-/// Flags of the program that are keywords in Python, and what to write for them there. Longer ones come before their beginnings.
+/// Flags of the program that are keywords in Python, with the text for messages there. Longer ones come before their beginnings.
 const KEYWORDS: [(&str, &str); 27] = [
     ("--estimator smoother", "estimator=\"smoother\""),
     ("--model whole-body", "model=\"whole-body\""),
@@ -118,7 +118,7 @@ pub(crate) fn in_python(text: &str) -> String {
         })
 }
 
-/// What programs tell errors apart by.
+/// Returns the kind of an error, by which programs tell errors apart.
 fn kind_of(error: &anyhow::Error) -> &'static str {
     let of_cause = |cause: &(dyn std::error::Error + 'static)| {
         if cause.is::<Mistake>() {

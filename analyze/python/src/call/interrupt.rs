@@ -9,13 +9,13 @@ use std::time::{Duration, Instant};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
-/// How often the interpreter is asked whether it was interrupted.
+/// Time between two checks whether the interpreter was interrupted.
 const INTERVAL: Duration = Duration::from_millis(50);
 
-/// How long an interrupted computation that may be left has to end by itself.
+/// Time that an interrupted computation which may be left gets to end by itself.
 const GRACE: Duration = Duration::from_millis(500);
 
-/// Whether a computation was interrupted: nobody waits for its result, and it must write nothing more.
+/// Flag of an interrupted computation: nobody waits for its result, and it must write nothing more.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Stop(Arc<AtomicBool>);
 
@@ -49,8 +49,8 @@ pub(crate) fn interruptible<R: Send>(
     })
 }
 
-/// The same for a computation that owns everything it uses: after an interruption it is left behind if it does not
-/// end soon.
+/// Runs `compute` as [`interruptible`] does, for a computation that owns everything it uses: after an interruption the
+/// computation is left behind if it does not end soon.
 pub(crate) fn leavable<R: Send + 'static>(
     py: Python<'_>,
     compute: impl FnOnce(&Stop) -> R + Send + 'static,
@@ -104,7 +104,7 @@ fn attend<R: Send>(
     }
 }
 
-/// Writes to standard error; a caller without one is told nothing.
+/// Writes to standard error; without one, nothing is written.
 fn say(py: Python<'_>, text: &str) {
     let stderr = py.import("sys").and_then(|sys| sys.getattr("stderr"));
     let _ = stderr.and_then(|stderr| stderr.call_method1("write", (text,)));

@@ -1,5 +1,5 @@
-//! What every call from Python shares: options by name, errors as exceptions, progress, an end by Ctrl+C, and
-//! results that pickle.
+//! Conventions of all calls from Python: options by name, errors as exceptions, progress, an end by Ctrl+C, and results that
+//! pickle.
 
 pub(crate) mod error;
 pub(crate) mod interrupt;

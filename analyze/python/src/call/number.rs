@@ -1,4 +1,4 @@
-//! Numbers of a call, within what they can be.
+//! Numbers of a call, within their ranges.
 
 use std::ops::RangeInclusive;
 
@@ -10,7 +10,7 @@ use super::error::Mistake;
 
 /// A whole number of a caller, however large: one out of its range is a wrong value, and no overflow.
 pub(crate) struct Whole {
-    /// At the end of its type where it is beyond.
+    /// The number, limited to the range of its type.
     number: i64,
     text: String,
 }
@@ -37,10 +37,10 @@ impl<'py> FromPyObject<'_, 'py> for Whole {
 }
 
 impl Whole {
-    /// The number, which is called `name`.
+    /// Returns the number, which is called `name` in the error.
     ///
     /// # Errors
-    /// It is not within the range.
+    /// The number is not within the range.
     pub(crate) fn within(&self, name: &str, range: RangeInclusive<u32>) -> Result<u32> {
         let number = u32::try_from(self.number).ok();
         if let Some(number) = number.filter(|number| range.contains(number)) {
@@ -58,10 +58,10 @@ impl Whole {
     }
 }
 
-/// A number that is called `name`, with its unit in brackets.
+/// Checks a number that is called `name` in the error, with its unit in brackets.
 ///
 /// # Errors
-/// It is not positive, or not finite.
+/// The number is not positive, or not finite.
 pub(crate) fn positive(name: &str, number: f64) -> Result<f64> {
     match number.is_finite() && number > 0.0 {
         true => Ok(number),

@@ -10,7 +10,7 @@ use tipwatch_analyze::base::options::{HIGHEST_RATE_HZ, Options};
 use super::error::Mistake;
 use super::number::positive;
 
-/// What a caller states of the options of an analysis; what is absent is as on the command line.
+/// Options of an analysis that a caller states; absent ones have the values of the command line.
 #[derive(Default)]
 pub(crate) struct Stated {
     pub(crate) rate: Option<f64>,

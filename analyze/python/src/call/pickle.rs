@@ -3,7 +3,7 @@
 use pyo3::PyClass;
 use pyo3::prelude::*;
 
-/// What pickle keeps of an object: the function that makes it again, and its arguments.
+/// Parts of an object that pickle stores: the function that rebuilds the object, and its arguments.
 pub(crate) type Reduced<'py, P> = PyResult<(Bound<'py, PyAny>, P)>;
 
 /// An object that its class makes again of these parts, by the static method `_of_parts`.

@@ -9,7 +9,7 @@ use tipwatch_storage::{Location, redact};
 
 use super::error::{Mistake, exception};
 
-/// A path or URL of a call, without what is secret in it; the place is found again by what remains.
+/// A path or URL of a call, without its secrets; the rest is enough to find the place again.
 ///
 /// Every argument that names a place has this type: no message can repeat a secret that it never had. (A test of the
 /// workspace sees to it.)

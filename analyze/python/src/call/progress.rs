@@ -6,7 +6,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyBool;
 
-/// Who is told.
+/// Receiver of the progress of a call.
 pub(crate) enum Progress<'py> {
     /// Nobody.
     Silent,
@@ -56,7 +56,7 @@ impl<'py> Progress<'py> {
         }
     }
 
-    /// What is told, for callers in Python.
+    /// Returns the function or the bar that takes the progress, for callers in Python; `None` if nothing is shown.
     pub(crate) fn function(&self) -> Option<&Bound<'py, PyAny>> {
         match self {
             Self::Silent => None,

@@ -17,7 +17,7 @@ use crate::call::pickle::{Reduced, reduced};
 use crate::call::place::Place;
 use crate::table::{Table, escaped};
 
-/// What a run tells beside its counts, from all of its threads.
+/// Notes of a run beside its counts, from all of its threads.
 #[derive(Default)]
 pub(super) struct Notes(Mutex<Vec<String>>);
 
@@ -83,7 +83,7 @@ impl Fleet {
         Py::new(py, fleet)
     }
 
-    /// What was counted, in words.
+    /// Returns the counts of the run as text.
     fn counted(&self) -> String {
         let totals = serde_json::from_str(&self.totals).unwrap_or(serde_json::Value::Null);
         let count = |name: &str| totals[name].as_u64().unwrap_or(0);
@@ -109,7 +109,7 @@ fn place<'py>(py: Python<'py>, place: &Path) -> PyResult<Bound<'py, PyAny>> {
     }
 }
 
-/// What a result of a screening is made of again.
+/// Arguments from which pickle rebuilds the result of a screening.
 type Parts = (
     OsString,
     String,

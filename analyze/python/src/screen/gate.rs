@@ -1,4 +1,4 @@
-//! How the logs of a fleet are judged.
+//! Requirements by which the logs of a fleet are judged.
 
 use anyhow::Result;
 use tipwatch_analyze::analysis::DEFAULT_MIN_VALID;
@@ -28,7 +28,7 @@ fn without(kinds: &[String]) -> Result<Option<Policy>> {
     Ok((!kinds.is_empty()).then(|| Policy::without(&kinds)))
 }
 
-/// What a log must satisfy: these rules, and a least computable share of its time, by default that of the rules.
+/// Returns the requirements for a log: these rules, and the least computable share of its time, by default that of the rules.
 pub(super) fn gate(policy: Option<&Policy>, min_valid: Option<f64>) -> Gate<'_> {
     Gate {
         policy,

@@ -226,7 +226,7 @@ pub(crate) fn screen(
     call.by_engine(py, runner, judged, progress)
 }
 
-/// What is asked, by threads or by an engine.
+/// Arguments of a screening, by threads or by an engine.
 struct Call<'a> {
     logs: Vec<PathBuf>,
     out: Option<PathBuf>,
@@ -242,7 +242,7 @@ struct Call<'a> {
 }
 
 impl Call<'_> {
-    /// By workers of an engine.
+    /// Screens the logs by workers of an engine.
     fn by_engine(
         self,
         py: Python<'_>,
@@ -276,7 +276,7 @@ impl Call<'_> {
         Ok(found?.cast_into::<Fleet>()?.unbind())
     }
 
-    /// What the threads of this process do, and the place of its results.
+    /// Returns the work of the threads of this process, and the place of its results.
     ///
     /// # Errors
     /// A keyword is missing, or its value cannot be used.
@@ -311,7 +311,7 @@ impl Call<'_> {
         Ok((work, place))
     }
 
-    /// By the threads of this process.
+    /// Screens the logs by the threads of this process.
     fn on_threads(
         &self,
         py: Python<'_>,
@@ -377,7 +377,7 @@ impl Call<'_> {
     }
 }
 
-/// Further workers of an engine that a log may lose, unless another number is asked for.
+/// Further workers of an engine that a log may lose by default.
 const DEFAULT_RETRIES: u32 = 2;
 
 /// The numbers of a call, checked.
@@ -388,7 +388,7 @@ struct Numbers {
     memory_gib: Option<f64>,
 }
 
-/// What the threads of this process do.
+/// Work of the threads of this process.
 enum Work {
     /// Build the data set from the records in this place.
     Gather(PathBuf),

@@ -1,4 +1,5 @@
-//! The analyses of a fleet as tasks of an engine: what driver and workers call (`analyze/python/tipwatch/_engines`).
+//! The analyses of a fleet as tasks of an engine: the functions that driver and workers call
+//! (`analyze/python/tipwatch/_engines`).
 
 use std::ffi::OsString;
 use std::path::{PathBuf, absolute};
@@ -27,9 +28,9 @@ pub(crate) struct FleetTask {
     machines: Machines,
     options: Options,
     reports: Reports,
-    /// What the search for the logs told.
+    /// Notes of the search for the logs.
     notes: Notes,
-    /// What it found; `None` before it.
+    /// Logs that the search found; `None` before the search.
     found: Mutex<Option<Found>>,
 }
 

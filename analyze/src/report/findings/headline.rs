@@ -1,17 +1,16 @@
-//! What a finding says of an incident or an event in its first line.
+//! First lines of findings about an incident or an event.
 
-use tipwatch_language::{decimals, is_english, say, word};
+use tipwatch_language::{is_english, say, word};
 
+use super::enumerated;
 use super::incident::Incident;
 use super::rank::rank;
 use super::scene::Scene;
-use crate::events::{Bound, Event, EventKind, Finding, TIP_OVER_RAD};
+use crate::events::{Bound, Event, EventKind, EventTimes, Finding};
 use crate::page::{number, probability};
 
 /// Below this confidence under any split, a finding is not shown without knowing the split.
 const LEAST_CONFIDENCE: f64 = 0.5;
-/// Shorter durations are told as such (ns).
-const SHORTEST_NS: i64 = 10_000_000;
 /// Most wheels or edges of an incident that are told one by one.
 const MOST_NAMED: usize = 4;
 /// Most steps of an incident's course.
@@ -51,7 +50,7 @@ impl Scene {
         }
     }
 
-    /// What a single event tells.
+    /// Returns the finding about a single event.
     pub(super) fn finding(&self, event: &Event) -> Finding {
         Finding {
             headline: self.headline(event, &[event]),
@@ -60,12 +59,8 @@ impl Scene {
     }
 
     fn headline(&self, gravest: &Event, alike: &[&Event]) -> String {
-        let least = alike.iter().filter_map(|event| event.certainty);
-        let least = least.reduce(f64::min);
-        let confidence = match least {
-            Some(certainty) if gravest.is_fact() => {
-                say!(" (confidence {})", probability(certainty))
-            }
+        let confidence = match self.confidence(alike) {
+            Some(confidence) if gravest.is_fact() => say!(" (confidence {})", confidence),
             _ => String::new(),
         };
         let [under, any] = self.split_clauses(gravest);
@@ -87,68 +82,61 @@ impl Scene {
         }
     }
 
+    /// The confidence in the first event of each wheel or edge that has one, each by its name where they differ.
+    pub(super) fn confidence(&self, alike: &[&Event]) -> Option<String> {
+        let mut told: Vec<(String, String)> = Vec::new();
+        for event in alike {
+            let subject = self.subject(event);
+            if let Some(certainty) = event.certainty
+                && told.iter().all(|(known, _)| *known != subject)
+            {
+                told.push((subject, probability(certainty)));
+            }
+        }
+        let (_, first) = told.first()?;
+        if told.iter().all(|(_, confidence)| confidence == first) {
+            return Some(first.clone());
+        }
+        let each = told.iter();
+        let each = each.map(|(subject, confidence)| format!("{subject} {confidence}"));
+        Some(each.collect::<Vec<_>>().join(", "))
+    }
+
     /// Start and duration of the gravest event, the first of several alike.
     fn when(&self, gravest: &Event, alike: &[&Event]) -> String {
-        let start = self.start(gravest);
+        let times = self.times();
+        let start = times.start(gravest);
         let of_subject = alike
             .iter()
             .filter(|it| it.subject == gravest.subject)
             .count();
         match of_subject {
-            1 if alike.len() == 1 => say!("from {start} {}", self.lasting(gravest)),
+            1 if alike.len() == 1 => times.told(gravest),
             1 => say!("from {start}, when {} began", self.subject(gravest)),
             times => say!(
                 "{times} times, first from {start} {}",
-                self.lasting(gravest)
+                self.times().lasting(gravest)
             ),
+        }
+    }
+
+    /// Returns the wording of the times of the log's events.
+    fn times(&self) -> EventTimes {
+        EventTimes {
+            zero_ns: self.start_ns,
+            is_sparse: self.is_sparse,
+            goes_on: self.goes_on,
         }
     }
 
     /// The onset of an event with its band, and whether it may have been earlier.
     pub(in crate::report) fn start(&self, event: &Event) -> String {
-        let band = event.start_sigma_s.map_or(String::new(), band);
-        let earlier = match event.start_bound {
-            Bound::At | Bound::AtOrAfter => "",
-            Bound::AtOrBefore => word!(" or earlier"),
-        };
-        decimals(format!(
-            "t = {:.2}{band} s{earlier}",
-            self.seconds(event.start_ns)
-        ))
+        self.times().start(event)
     }
 
     /// A time of the end of an event with its band.
     pub(in crate::report) fn end(&self, event: &Event, end_ns: i64) -> String {
-        let band = event.end_sigma_s.map_or(String::new(), band);
-        decimals(format!("{:.2}{band} s", self.seconds(end_ns)))
-    }
-
-    fn lasting(&self, event: &Event) -> String {
-        match is_undecided(event) {
-            true => word!("on").to_string(),
-            // nothing shows how long it lasted before and after its only row
-            false if self.is_sparse && event.end_ns == Some(event.start_ns) => {
-                word!("(one row; how long is unknown)").to_string()
-            }
-            false => self.duration(event),
-        }
-    }
-
-    fn duration(&self, event: &Event) -> String {
-        match event.end_ns {
-            // an onset can lie after the last row of a short event, within its band
-            Some(end_ns) if end_ns.saturating_sub(event.start_ns) < SHORTEST_NS => {
-                word!("for less than 0.01 s").to_string()
-            }
-            Some(end_ns) => {
-                let is_least = [event.start_bound, event.end_bound] != [Bound::At; 2];
-                let least = if is_least { word!("at least ") } else { "" };
-                let lasted_s = end_ns.saturating_sub(event.start_ns) as f64 * 1e-9;
-                say!("for {least}{lasted_s:.2} s")
-            }
-            None if self.goes_on => word!("until the last row at least").to_string(),
-            None => word!("until the end of the log").to_string(),
-        }
+        self.times().end(event, end_ns)
     }
 
     /// The events of an incident in order of time, each wheel or edge once for each kind.
@@ -205,7 +193,7 @@ impl Scene {
         }
     }
 
-    /// What the incident could be, too, but less likely than not.
+    /// Describes graver events that the incident could include, but less likely than not; `None` without any.
     fn not_facts(&self, incident: &Incident<'_>) -> Option<String> {
         let gravest = incident.gravest();
         let unlikely = incident.events.iter();
@@ -219,8 +207,8 @@ impl Scene {
         (!texts.is_empty()).then(|| say!("Less likely than not: {}", texts.join("; ")))
     }
 
-    /// What an event by loads rests on, where the machine as stated does not explain how the platform turned. A lift that begins
-    /// with the rotation is shown by that.
+    /// Returns the note that an event by loads rests on the machine as stated, where that machine does not explain how the
+    /// platform turned. A lift that begins with the rotation is shown by the rotation.
     pub(in crate::report) fn of_stated_machine(&self, event: &Event) -> Option<&'static str> {
         let is_by_loads = matches!(event.kind, EventKind::WheelLight | EventKind::WheelLift);
         let is_by_loads = is_by_loads && !self.unexplained_ns.contains(&event.start_ns);
@@ -264,7 +252,7 @@ impl Scene {
         [under, without]
     }
 
-    /// What a confidence rests on besides the stated uncertainties.
+    /// Describes the assumptions on which a confidence rests besides the stated uncertainties.
     pub(in crate::report) fn split_in_certainty(&self, event: &Event) -> String {
         if self.is_split_stated || event.split_dependent != Some(true) {
             return String::new();
@@ -289,10 +277,10 @@ impl Scene {
         let subject = enumerated(&subjects);
         match event.kind {
             EventKind::TipOver => say!("The machine tipped over about the {subject} {edges}"),
-            EventKind::EdgeTipping if is_undecided(event) && self.goes_on => {
+            EventKind::EdgeTipping if event.is_undecided() && self.goes_on => {
                 say!("The machine was tipping about the {subject} {edges} at the last row,")
             }
-            EventKind::EdgeTipping if is_undecided(event) => {
+            EventKind::EdgeTipping if event.is_undecided() => {
                 say!("The machine was tipping about the {subject} {edges} when the log ended,")
             }
             EventKind::EdgeTipping => {
@@ -327,25 +315,5 @@ impl Scene {
             }
         }
         subjects
-    }
-}
-
-/// Two standard deviations of a time (s).
-fn band(sigma_s: f64) -> String {
-    decimals(format!(" ± {:.2}", (2.0 * sigma_s).max(0.01)))
-}
-
-/// Whether the log ends while the machine tips about an edge, before it has tipped over.
-pub(super) fn is_undecided(event: &Event) -> bool {
-    let rotation = event.rotation_rad.unwrap_or(0.0);
-    event.kind == EventKind::EdgeTipping && event.end_ns.is_none() && rotation < TIP_OVER_RAD
-}
-
-/// "a", "a and b", "a, b and c".
-pub(in crate::report) fn enumerated(names: &[String]) -> String {
-    match names {
-        [] => String::new(),
-        [only] => only.clone(),
-        [first @ .., last] => say!("{} and {last}", first.join(", ")),
     }
 }

@@ -76,7 +76,7 @@ impl<'a> Incident<'a> {
         asked.min_by_key(|event| (!event.is_fact(), rank(event.kind), event.start_ns))
     }
 
-    /// Whether one of its events is in a span (ns).
+    /// Whether an event of the incident is in a span (ns).
     pub(in crate::report) fn overlaps(&self, span_ns: [i64; 2]) -> bool {
         self.events.iter().any(|event| event.overlaps(span_ns))
     }
@@ -92,7 +92,7 @@ impl<'a> Incident<'a> {
         self.events.iter().copied().filter(alike)
     }
 
-    /// What is told of it one by one: the facts in order of their start, of each wheel or edge once for each kind. A tip-over
+    /// Returns the steps of the incident: the facts in order of their start, of each wheel or edge once for each kind. A tip-over
     /// is an edge tipping that went on, so that tipping is no step of its own.
     pub(in crate::report) fn steps(&self) -> Vec<&'a Event> {
         let facts = || self.events.iter().copied().filter(|event| event.is_fact());
@@ -151,7 +151,7 @@ impl<'a> Incident<'a> {
     }
 }
 
-/// Whether two steps differ in the wheel alone, within what can be told of their times.
+/// Whether two steps differ in the wheel alone, within the uncertainty of their times.
 fn is_alike(one: &Event, other: &Event) -> bool {
     let is_of_wheels = matches!(one.kind, EventKind::WheelLight | EventKind::WheelLift);
     let ends_alike = match (one.end_ns, other.end_ns) {

@@ -11,9 +11,10 @@ use maud::{Markup, html};
 use tipwatch_language::{message, say, word};
 use tipwatch_mechanics::machine::{Note, NoteKind};
 
-pub(super) use headline::enumerated;
+pub(super) use crate::base::number::enumerated;
 pub(super) use incident::{Incident, incidents, led_to};
-pub(super) use rank::rank;
+pub(super) use of_event::input_list;
+pub(super) use rank::{importance, rank};
 pub(super) use scene::Scene;
 pub(super) use without_event::reason_counts;
 
@@ -24,10 +25,10 @@ use crate::events::support_words::{SupportWord, edge_word};
 use crate::events::{Event, EventKind, Finding};
 use crate::page::list;
 
-/// What ± means in every finding.
+/// Meaning of ± in every finding.
 pub const BANDS: &str = message!("±: two standard deviations");
 /// Most events of a kind among the main findings.
-pub(super) const MOST_OF_KIND: usize = 20;
+const MOST_OF_KIND: usize = 20;
 /// Most losses told in their finding.
 const MOST_LOST: usize = 3;
 
@@ -39,7 +40,8 @@ pub fn findings(analysis: &Analysis) -> Vec<Finding> {
     findings_of(analysis, usize::MAX)
 }
 
-/// The same, but only the gravest incidents, and of each other kind of event the worst ones. The last findings state how many were left out.
+/// Returns the main findings: the gravest incidents only, and of each other kind of event the worst ones. The last findings state
+/// how many were left out.
 #[must_use]
 pub fn main_findings(analysis: &Analysis) -> Vec<Finding> {
     findings_of(analysis, MOST_OF_KIND)
@@ -81,7 +83,7 @@ fn findings_of(analysis: &Analysis, most_of_kind: usize) -> Vec<Finding> {
         .collect()
 }
 
-/// What casts doubt on the computed loads beside gross inputs and implausible signals, one sentence each.
+/// Returns the doubts about the computed loads beside gross inputs and implausible signals, one sentence each.
 #[must_use]
 pub fn doubts(analysis: &Analysis) -> Vec<String> {
     let told = unstated_load::not_as_stated(analysis).chain(measured_loads::findings(analysis));
@@ -129,7 +131,7 @@ pub(super) fn worst_of_each_kind<'a>(
     (kept, left_out)
 }
 
-/// What the computed part of a log leaves open.
+/// Returns the finding about the part of a log whose loads are unknown.
 fn unknown_rest(scene: &Scene, known: &str) -> Finding {
     Finding {
         headline: say!(
@@ -143,7 +145,7 @@ fn unknown_rest(scene: &Scene, known: &str) -> Finding {
     }
 }
 
-/// What is lost of the log, and what that leaves open.
+/// Returns the finding about the lost parts of the log and the questions that they leave open.
 fn losses(analysis: &Analysis) -> Option<Finding> {
     let losses = &analysis.losses;
     if losses.is_empty() {
@@ -185,7 +187,7 @@ fn open_fall(analysis: &Analysis, scene: &Scene) -> Option<Finding> {
     })
 }
 
-/// What stands in the way of every conclusion.
+/// Returns the finding about an input that excludes every conclusion.
 fn gross_finding(input: &GrossInput) -> Finding {
     let fix = say!("Likely correction: {}", input.fix);
     Finding {

@@ -3,7 +3,7 @@
 use tipwatch_language::{decimals, is_english, message, say, told, word};
 use tipwatch_mechanics::estimation::rotation::RotationWitness;
 
-use super::headline::{enumerated, is_undecided};
+use super::enumerated;
 use super::scene::Scene;
 use crate::events::support_words::edge_word;
 use crate::events::{
@@ -33,7 +33,7 @@ impl Scene {
         if event.kind == EventKind::EdgeTipping
             && let Some(rotation) = event.rotation_rad
         {
-            let least = match is_undecided(event) {
+            let least = match event.is_undecided() {
                 true => word!("; a tip-over needs 10° or more"),
                 false => "",
             };
@@ -47,7 +47,7 @@ impl Scene {
         }
         if let Some(lead_s) = event.lead_s {
             evidence.push(say!(
-                "Lead time: {lead_s:.2} s after the first {} fell below its load limit",
+                "Lead time: {lead_s:.2} s after the first {} that stayed below its load limit fell below it",
                 self.word.one
             ));
         }
@@ -71,7 +71,7 @@ impl Scene {
         }
         if let Some(doubt) = &event.doubt {
             evidence.push(say!(
-                "Doubted: signals contradict each other meanwhile ({}). The probability that the loads are right all the same, \
+                "Doubted: signals contradict each other then or later ({}). The probability that the loads are right all the same, \
                  {}, is in the confidence",
                 input_list(&doubt.subjects),
                 probability(doubt.loads_are_right)
@@ -98,7 +98,7 @@ impl Scene {
         evidence
     }
 
-    /// What gyro and attitude show, and what of it the loads do not.
+    /// Describes the rotation that gyro and attitude show, and the part of it that the loads do not show.
     fn measured_rotation(&self, event: &Event, measured: &MeasuredRotation) -> Vec<String> {
         let from = decimals(format!("{:.2} s", self.seconds(event.start_ns)));
         let rotated = say!(
@@ -122,9 +122,16 @@ impl Scene {
             ));
         }
         if !measured.onset_in_log {
-            evidence.push(
-                word!("The onset is not in the log: the platform rotated already in the first sample that shows it").into(),
-            );
+            // a part of a log may be dated by what was recorded before it
+            let why = match event.start_sigma_s {
+                None => word!(
+                    "The onset is not in the log: the platform rotated already in the first sample that shows it"
+                ),
+                Some(_) => word!(
+                    "The onset is, or may be, before the first row: the platform rotated already in it"
+                ),
+            };
+            evidence.push(why.into());
         }
         if let Some(no_return_rad) = measured.no_return_rad {
             let sigma = measured.no_return_sigma_rad;
@@ -232,7 +239,8 @@ impl Scene {
         }
     }
 
-    /// What an input that has a gap should have: messages of its topic, at its rate. Empty where several topics are meant.
+    /// Describes the messages that an input with a gap should have: of its topic, at its rate. Empty where several topics are
+    /// meant.
     fn expected_of(&self, event: &Event) -> String {
         let mut inputs = self.inputs.iter().filter(|it| it.subject == event.subject);
         let (Some(input), None) = (inputs.next(), inputs.next()) else {
@@ -248,7 +256,7 @@ impl Scene {
         )
     }
 
-    /// How much load was lost since when, and the largest causes.
+    /// Describes the lost load, since when it was lost, and the largest causes.
     pub(super) fn causes(&self, event: &Event, causes: &EventCauses) -> Vec<String> {
         if !causes.is_loss() {
             return Vec::new();
@@ -276,7 +284,7 @@ impl Scene {
         told
     }
 
-    /// Whether it would have happened otherwise.
+    /// Describes the answers whether the event would have happened otherwise.
     fn otherwise(&self, event: &Event) -> Option<String> {
         let answered: Vec<String> = (event.counterfactuals.iter())
             .filter_map(|answer| {
@@ -301,7 +309,7 @@ impl Scene {
         })
     }
 
-    /// What has no answer, and why: every reason once, with the suppositions that share it.
+    /// Returns the suppositions without an answer: every reason once, with the suppositions that share it.
     pub(in crate::report) fn unanswered(
         &self,
         answers: &[Counterfactual],
@@ -352,7 +360,7 @@ impl Scene {
 }
 
 /// Inputs in words.
-fn input_list(subjects: &[String]) -> String {
+pub(in crate::report) fn input_list(subjects: &[String]) -> String {
     let subjects = subjects.iter().map(|subject| {
         let of_loads = subject.strip_prefix("loads below zero off the ");
         match of_loads.and_then(|rest| rest.strip_suffix(" edge")) {
@@ -463,6 +471,21 @@ mod tests {
     }
 
     #[test]
+    fn each_wheel_has_the_confidence_in_its_first_event() {
+        let lift = |subject: &str, certainty: f64| Event {
+            certainty: Some(certainty),
+            ..event(EventKind::WheelLift, subject, 0.0, "N")
+        };
+        let (sure, doubtful) = (lift("fl", 1.0), lift("fl", 0.69));
+        let scene = scene();
+        let told = probability(1.0);
+        assert_eq!(scene.confidence(&[&sure, &doubtful]), Some(told.clone()));
+        let other = lift("rl", 0.69);
+        let both = format!("FL {told}, RL {}", probability(0.69));
+        assert_eq!(scene.confidence(&[&sure, &other]), Some(both));
+    }
+
+    #[test]
     fn headline_says_what_when_and_how_certain() {
         let light = Event {
             certainty: Some(0.97),
@@ -499,7 +522,7 @@ mod tests {
             finding.evidence,
             [
                 "Minimum overturning force (OTF): -80.0 N, at t = 2.75 s",
-                "Lead time: 0.40 s after the first wheel fell below its load limit",
+                "Lead time: 0.40 s after the first wheel that stayed below its load limit fell below it",
                 "Equilibrium leaves the split of the load between the wheels open: 0 to 5300 N on this wheel, \
                  at t = 2.75 s",
                 "To decide it: weighing the wheels where the machine stood"

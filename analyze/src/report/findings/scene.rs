@@ -18,11 +18,11 @@ pub(in crate::report) struct Scene {
     pub(super) split_rule: String,
     /// To follow "how the".
     pub(super) sharing: String,
-    /// What any of its supports is called.
+    /// Word for a support of the machine.
     pub(in crate::report) word: SupportWord,
-    /// Whether the machine file states what determines the split: flat ground and the tyres' stiffness.
+    /// Whether the machine file states the quantities that determine the split: flat ground and the tyres' stiffness.
     pub(super) is_split_stated: bool,
-    /// When rotations began that the machine as stated does not explain (ns).
+    /// Onsets of rotations that the machine as stated does not explain (ns).
     pub(super) unexplained_ns: Vec<i64>,
     pub(in crate::report) is_sparse: bool,
     /// Whether the log goes on after the last row.
@@ -32,13 +32,13 @@ pub(in crate::report) struct Scene {
     pub(super) stops: Vec<AxleStop>,
 }
 
-/// How far an axle swings before its wheel off an edge leaves the ground with the machine that tips about it.
+/// Swing of an axle until its wheel off an edge leaves the ground with the machine that tips about the edge.
 pub(super) struct AxleStop {
     /// Name of the edge.
     edge: String,
     /// The wheels, in words.
     wheels: Vec<String>,
-    /// Where its joint stops, least and most (rad).
+    /// Stops of the axle's joint, least and most (rad).
     limits_rad: [f64; 2],
 }
 
@@ -73,7 +73,7 @@ impl AxleStop {
     }
 }
 
-/// Where the numbers of a signal come from.
+/// Source of the numbers of a signal.
 pub(super) struct InputFacts {
     /// Its name, as events have it.
     pub(super) subject: String,
@@ -87,7 +87,7 @@ pub(super) struct WheelFacts {
     pub(super) kind: SupportKind,
     pub(super) static_n: f64,
     pub(super) limit_n: Option<f64>,
-    /// What would decide its load where equilibrium leaves it open.
+    /// Measurements that would decide the wheel's load where equilibrium leaves it open.
     pub(super) deciding: Vec<Deciding>,
 }
 
@@ -169,7 +169,8 @@ impl Scene {
         format!("{} {}", self.word_of(&[event]).one, self.subject(event))
     }
 
-    /// What falls to zero at an event: the OTF of a wheel, or that off an edge, which the wheels on its other side carry.
+    /// Names the load that falls to zero at an event: the OTF of a wheel, or that off an edge, which the wheels on its other side
+    /// carry.
     pub(in crate::report) fn otf_of(&self, event: &Event) -> String {
         match event.kind {
             EventKind::EdgeTipping | EventKind::TipOver => say!(
@@ -180,7 +181,7 @@ impl Scene {
         }
     }
 
-    /// That the causes of an event end before it does begin, if rows are missing between.
+    /// Returns the note that the causes of an event end before it begins, if rows are missing between.
     pub(in crate::report) fn not_shown(
         &self,
         event: &Event,
@@ -210,7 +211,7 @@ impl Scene {
         SupportWord::of_all(known.map(|wheel| wheel.kind))
     }
 
-    /// What would decide the loads of some wheels or other supports, as one sentence without a period.
+    /// Describes the measurements that would decide the loads of some wheels or other supports, as one sentence without a period.
     pub(super) fn deciding<'w>(
         &self,
         wheels: impl Iterator<Item = &'w WheelFacts> + Clone,

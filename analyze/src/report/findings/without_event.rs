@@ -1,4 +1,4 @@
-//! What is said of a log without an event, and of the wheels without one.
+//! Findings about a log without an event, and about the wheels without one.
 
 use std::collections::BTreeMap;
 
@@ -49,9 +49,11 @@ impl Scene {
         };
         let bound_n = |wheel: usize| self.wheels[wheel].limit_n.unwrap_or(0.0);
         let in_band = in_band::wheels(analysis, bound_n);
-        let (claim, band) = match in_band.is_empty() {
-            true => (claim, String::new()),
-            false => (
+        let (claim, band) = match (in_band.is_empty(), in_band::are_known(analysis)) {
+            (true, true) => (claim, String::new()),
+            // without bands nothing is excluded
+            (true, false) => (say!("{claim} as computed"), String::new()),
+            (false, _) => (
                 say!("{claim} as computed"),
                 say!(
                     "; within the bands that cannot be excluded ({})",
@@ -153,7 +155,7 @@ impl Scene {
         format!("{} {}", word.one, names.join(word!(" or ")))
     }
 
-    /// What equilibrium allows each of these wheels, and what would decide it.
+    /// Describes the range of the load that equilibrium allows each of these wheels, and the measurements that would decide it.
     fn ranges(&self, open: &[OpenWheel]) -> Vec<String> {
         let range = |open: &OpenWheel| {
             say!(
@@ -179,7 +181,7 @@ pub(super) fn partly_known(analysis: &Analysis) -> Option<String> {
     (!coverage.is_whole()).then(|| coverage.to_string())
 }
 
-/// How often each reason makes a row invalid.
+/// Describes how often each reason makes a row invalid.
 fn reasons(analysis: &Analysis) -> Vec<String> {
     if analysis.rows.is_empty() {
         return vec![word!("There are no rows").into()];

@@ -1,4 +1,4 @@
-//! What a document is made of, read from the markup of the page.
+//! Blocks of a document, read from the markup of the page.
 
 use roxmltree::Node;
 
@@ -21,7 +21,7 @@ pub(super) enum Block<'a> {
     },
     /// Parts side by side.
     Columns(Vec<Vec<Block<'a>>>),
-    /// What stands on a sheet of its own.
+    /// Blocks on a sheet of their own.
     Sheet(Vec<Block<'a>>),
 }
 
@@ -30,7 +30,7 @@ pub(super) enum Block<'a> {
 pub(super) struct Table {
     pub(super) head: Vec<String>,
     pub(super) rows: Vec<Vec<String>>,
-    /// Whether the first cell of a row names it.
+    /// Whether the first cell of a row is the name of the row.
     pub(super) names_rows: bool,
 }
 

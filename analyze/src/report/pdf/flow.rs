@@ -213,12 +213,18 @@ impl<'d> Flow<'d> {
         }
     }
 
+    /// The elements of each page.
+    #[cfg(test)]
+    pub(super) fn pages(&self) -> &[Vec<Mark>] {
+        &self.pages
+    }
+
     /// The left end of the column (points).
     pub(super) fn left(&self) -> f32 {
         MARGIN + self.indent
     }
 
-    /// Where a page ends (points from its top).
+    /// Returns the end of a page (points from its top).
     pub(super) fn end() -> f32 {
         PAGE[1] - MARGIN
     }

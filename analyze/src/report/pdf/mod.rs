@@ -45,13 +45,23 @@ pub(super) fn render(
         .creation_date(date_of(date))
         .language(tipwatch_language::tag().into());
     document.set_metadata(metadata);
-    let mut flow = Flow::new(&mut document, title)?;
-    flow.title(title, subtitle);
-    lay_out(&mut flow, &blocks);
-    flow.finish();
+    pages(&mut document, title, subtitle, &blocks)?.finish();
     document
         .finish()
         .map_err(|error| anyhow!("PDF/A-2b: {error:?}"))
+}
+
+/// All pages, before they are written.
+fn pages<'d>(
+    document: &'d mut Document,
+    title: &str,
+    subtitle: &str,
+    blocks: &[Block<'_>],
+) -> Result<Flow<'d>> {
+    let mut flow = Flow::new(document, title)?;
+    flow.title(title, subtitle);
+    lay_out(&mut flow, blocks);
+    Ok(flow)
 }
 
 fn lay_out(flow: &mut Flow<'_>, blocks: &[Block<'_>]) {
@@ -86,6 +96,67 @@ fn date_of(time: Timestamp) -> DateTime {
         .minute(small(time.minute()))
         .second(small(time.second()))
         .utc_offset_hour(0)
+}
+
+/// Places of the texts of a document.
+#[cfg(test)]
+pub(super) mod layout {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+    use super::flow::{Mark, PAGE};
+    use super::*;
+
+    /// A text: where it begins and ends from the left, and from the top of the page, and the size of its letters (points).
+    #[derive(Debug)]
+    pub(in crate::report) struct Placed {
+        pub(in crate::report) text: String,
+        x: [f32; 2],
+        y: [f32; 2],
+        pub(in crate::report) size: f32,
+    }
+
+    impl Placed {
+        pub(in crate::report) fn is_on_the_page(&self) -> bool {
+            let within = |[from, to]: [f32; 2], end: f32| from >= 0.0 && to <= end;
+            within(self.x, PAGE[0]) && within(self.y, PAGE[1])
+        }
+
+        /// Whether the text stands over another one, by more than a hair.
+        pub(in crate::report) fn is_over(&self, other: &Self) -> bool {
+            let common = |a: [f32; 2], b: [f32; 2]| a[1].min(b[1]) - a[0].max(b[0]);
+            common(self.x, other.x) > 0.5 && common(self.y, other.y) > 0.3
+        }
+    }
+
+    /// The texts of every page, without its foot.
+    pub(in crate::report) fn texts(
+        title: &str,
+        subtitle: &str,
+        content: &Markup,
+    ) -> Vec<Vec<Placed>> {
+        let markup = format!("<report>{}</report>", content.0);
+        let tree = roxmltree::Document::parse(&markup).unwrap();
+        let mut document = Document::new_with(SerializeSettings::default());
+        let blocks = blocks::of(tree.root_element());
+        let flow = pages(&mut document, title, subtitle, &blocks).unwrap();
+        let placed = |mark: &Mark| match mark {
+            Mark::Text {
+                at: [x, y],
+                size,
+                text,
+                ..
+            } => Some(Placed {
+                text: text.clone(),
+                x: [*x, x + flow.letters.width(text, *size)],
+                // from the top of a capital to the end of a descender
+                y: [y - 0.7 * size, y + 0.2 * size],
+                size: *size,
+            }),
+            Mark::Path { .. } => None,
+        };
+        let of_page = |marks: &Vec<Mark>| marks.iter().filter_map(placed).collect();
+        flow.pages().iter().map(of_page).collect()
+    }
 }
 
 #[cfg(test)]

@@ -16,7 +16,7 @@ const LEAST_LETTERS: f32 = 5.2;
 /// Control points of a quarter circle.
 const QUARTER: f32 = 0.552_284_8;
 
-/// How the elements of a class look: fill with opacity; stroke with width and dashes.
+/// Style of the elements of a class: fill with opacity; stroke with width and dashes.
 struct Style {
     fill: Option<([u8; 3], f32)>,
     stroke: Option<([u8; 3], f32, bool)>,
@@ -76,7 +76,18 @@ fn style(class: &str) -> Style {
     Style { fill, stroke }
 }
 
-/// Where a picture stands, and how large.
+/// Distance of the lines of a label as a share of their letters, at least.
+const BELOW: f32 = 0.95;
+
+/// A text that was drawn: where it is anchored, and its baseline as stated and as drawn (points).
+struct Label<'a> {
+    x: f32,
+    anchor: Option<&'a str>,
+    stated_y: f32,
+    y: f32,
+}
+
+/// Place and size of a picture.
 #[derive(Clone, Copy)]
 struct Frame {
     left: f32,
@@ -123,8 +134,9 @@ pub(super) fn add(flow: &mut Flow<'_>, pictures: &[(Node<'_, '_>, String)], smal
             top,
             scale: *scale,
         };
+        let mut above = None;
         for element in svg.descendants().filter(Node::is_element) {
-            draw(flow, element, frame);
+            draw(flow, element, frame, &mut above);
         }
         for (line, text) in captions[place].iter().enumerate() {
             let y = top + highest + (line as f32 + 1.0) * letters * LEADING;
@@ -168,7 +180,12 @@ fn size(svg: Node<'_, '_>, room: f32, tallest: f32) -> (f32, f32, f32) {
     (scale, width * scale, height * scale)
 }
 
-fn draw(flow: &mut Flow<'_>, element: Node<'_, '_>, frame: Frame) {
+fn draw<'a>(
+    flow: &mut Flow<'_>,
+    element: Node<'a, '_>,
+    frame: Frame,
+    above: &mut Option<Label<'a>>,
+) {
     let number = |name: &str| {
         element
             .attribute(name)
@@ -204,7 +221,7 @@ fn draw(flow: &mut Flow<'_>, element: Node<'_, '_>, frame: Frame) {
             polygon(&points, name == "polygon")
         }
         "circle" => circle(frame.at(zero("cx"), zero("cy")), zero("r") * frame.scale),
-        "text" => return text(flow, element, frame),
+        "text" => return text(flow, element, frame, above),
         _ => None,
     };
     let Some(path) = path else {
@@ -246,7 +263,13 @@ fn circle([x, y]: [f32; 2], r: f32) -> Option<Path> {
     builder.finish()
 }
 
-fn text(flow: &mut Flow<'_>, element: Node<'_, '_>, frame: Frame) {
+/// Draws a text. Where letters are larger than those of the picture, the lines of a label are moved apart.
+fn text<'a>(
+    flow: &mut Flow<'_>,
+    element: Node<'a, '_>,
+    frame: Frame,
+    above: &mut Option<Label<'a>>,
+) {
     let number = |name: &str| {
         element
             .attribute(name)
@@ -255,11 +278,22 @@ fn text(flow: &mut Flow<'_>, element: Node<'_, '_>, frame: Frame) {
     let size = (number("font-size").unwrap_or(11.0) * frame.scale).max(LEAST_LETTERS);
     let words = flow.letters.known(element.text().unwrap_or_default());
     let width = flow.letters.width(&words, size);
-    let shift = match element.attribute("text-anchor") {
+    let anchor = element.attribute("text-anchor");
+    let shift = match anchor {
         Some("middle") => width / 2.0,
         Some("end") => width,
         _ => 0.0,
     };
-    let [x, y] = frame.at(number("x").unwrap_or(0.0), number("y").unwrap_or(0.0));
+    let [x, stated_y] = frame.at(number("x").unwrap_or(0.0), number("y").unwrap_or(0.0));
+    let is_below =
+        |it: &&Label<'_>| it.anchor == anchor && (it.x - x).abs() < 0.1 && stated_y > it.stated_y;
+    let least_y = (above.as_ref().filter(is_below)).map(|it| it.y + BELOW * size);
+    let y = least_y.map_or(stated_y, |least_y| stated_y.max(least_y));
+    *above = Some(Label {
+        x,
+        anchor,
+        stated_y,
+        y,
+    });
     flow.text([x - shift - flow.left(), y], size, false, &words);
 }

@@ -9,7 +9,7 @@ use crate::report::sketch::Curve;
 /// A curve with its name.
 struct Named {
     name: String,
-    /// Whether it is hidden at first: the turns of a wheel would dwarf every other joint.
+    /// Whether the curve is hidden at first: the turns of a wheel would dwarf every other joint.
     hidden: bool,
     curve: Curve,
 }

@@ -49,7 +49,7 @@ impl Plotter<'_> {
         figure
     }
 
-    /// What load sensors of this wheel alone measured.
+    /// Returns the traces of load sensors that measure this wheel alone.
     fn measured_on(&self, wheel: usize) -> Vec<Trace> {
         let compared = &self.analysis.load_comparison.rows;
         let seconds: Vec<f64> = compared.iter().map(|row| self.seconds(row.row)).collect();
@@ -73,7 +73,7 @@ impl Plotter<'_> {
         .collect()
     }
 
-    /// What load sensors of several wheels measured, beside the sum of the computed loads.
+    /// Returns the figures of load sensors that measure several wheels, beside the sum of the computed loads.
     fn measured_sums(&self) -> Vec<Figure> {
         let compared = &self.analysis.load_comparison.rows;
         let seconds: Vec<f64> = compared.iter().map(|row| self.seconds(row.row)).collect();

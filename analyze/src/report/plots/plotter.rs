@@ -1,11 +1,11 @@
-//! What all figures share: the time axis, curves, and shaded events.
+//! Common parts of all figures: the time axis, curves, and shaded events.
 
 use tipwatch_mechanics::Quantity;
 
 use crate::analysis::Analysis;
 use crate::events::{Event, EventKind};
 use crate::page::{Columns, Figure, Look, Trace};
-use crate::report::findings::{Scene, rank};
+use crate::report::findings::{Scene, importance, rank};
 use crate::report::sketch::{Curve, Sketch};
 
 /// Most events shown in a figure, the most important ones.
@@ -131,7 +131,7 @@ impl Plotter<'_> {
 /// The most important events, by time.
 fn shown(events: &[Event]) -> Vec<&Event> {
     let mut shown: Vec<&Event> = events.iter().collect();
-    shown.sort_by_key(|event| (rank(event.kind), event.start_ns));
+    shown.sort_by_key(|event| importance(event));
     shown.truncate(MOST_EVENTS);
     shown.sort_by_key(|event| (event.start_ns, rank(event.kind)));
     shown

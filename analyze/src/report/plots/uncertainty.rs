@@ -10,7 +10,7 @@ use super::plotter::{Part, Plotter, axis};
 use crate::page::{Figure, Look, rows_to_draw};
 use crate::report::sketch::{Curve, Detail};
 
-/// What is plotted, the title of its axis, and one of the quantities that belong to it.
+/// Title of a plot, the title of its axis, and one of the quantities that belong to it.
 type Kind = (&'static str, &'static str, Quantity);
 
 impl Plotter<'_> {

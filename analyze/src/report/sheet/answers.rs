@@ -5,19 +5,20 @@ use tipwatch_mechanics::machine::{Ground, NoteKind};
 use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::{Parameter, Quantity};
 
+use super::doubted::doubted;
 use crate::analysis::Analysis;
+use crate::analysis::calendar::Calendar;
 use crate::analysis::sensitivity::SensitivityTable;
 use crate::events::split_rule::{is_stated, measured_forces, sharing, split_rule};
 use crate::events::support_words::SupportWord;
-use crate::events::{Bound, Event, EventKind, ShownBy, TIP_OVER_RAD};
+use crate::events::{Bound, Event, EventKind, EventTimes, ShownBy, TIP_OVER_RAD};
 use crate::page::{band, number, percent, probability, with_band};
 use crate::report::deciding::Deciding;
 use crate::report::explanations;
-use crate::report::findings::{Incident, Scene, enumerated};
+use crate::report::findings::{Incident, Scene, enumerated, input_list};
 use crate::report::in_band;
 use crate::report::parameter_words::in_words;
 use crate::report::unstated_load;
-use crate::report::when::Calendar;
 
 /// Most that a result hangs on, besides the first.
 const MOST_NEXT: usize = 2;
@@ -90,7 +91,7 @@ fn which_lifted(word: SupportWord) -> &'static str {
     }
 }
 
-/// Why nothing is known of the machine's stability; `None` if something is.
+/// Returns the reason why nothing is known of the machine's stability; `None` if something is.
 fn nothing_known(analysis: &Analysis) -> Option<String> {
     if let Some(gross) = analysis.gross_inputs.first() {
         return Some(say!("Unknown: {}", gross.headline));
@@ -195,7 +196,7 @@ fn tipped_over(analysis: &Analysis) -> String {
     }
 }
 
-/// That nothing tipped over in a scope, as the end of a sentence.
+/// States that nothing tipped over in a scope, as the end of a sentence.
 pub(super) fn no_tip_over(analysis: &Analysis, scope: &str) -> String {
     // what turns over shows that to gyro or attitude, whatever the loads are
     let is_excluded = || in_band::are_known(analysis) && in_band::lifts(analysis).is_empty();
@@ -211,7 +212,7 @@ fn is_watched(analysis: &Analysis) -> bool {
     has_imu || analysis.digest.has_attitude
 }
 
-/// How far a machine tipped over at least, in whole degrees: rounded down, or it would not be so far.
+/// Returns the angle by which a machine tipped over at least, in whole degrees: rounded down, for it might not have been more.
 pub(super) fn at_least_degrees(event: &Event) -> String {
     // of a whole number the last bits may be missing
     format!("{:.0}°", (event.worst.to_degrees() + 1e-9).floor())
@@ -220,14 +221,14 @@ pub(super) fn at_least_degrees(event: &Event) -> String {
 /// The lifts of one wheel.
 struct Lifted {
     name: String,
-    /// When the first began.
+    /// Time of the first lift.
     start: String,
     times: usize,
-    /// When it was off the ground behind rows that are not known, again or still (s).
+    /// Time at which the wheel was off the ground behind unknown rows, again or still (s).
     seen: Option<f64>,
-    /// Whether all of them depend on the load split.
+    /// Whether all lifts depend on the load split.
     depends: bool,
-    /// That of the surest.
+    /// Certainty of the first lift.
     certainty: Option<f64>,
 }
 
@@ -259,8 +260,6 @@ fn lifted(analysis: &Analysis) -> String {
                     _ => wheel.times += 1,
                 }
                 wheel.depends &= depends;
-                let both = wheel.certainty.into_iter().chain(event.certainty);
-                wheel.certainty = both.reduce(f64::max);
             }
             None => wheels.push(Lifted {
                 name,
@@ -272,6 +271,8 @@ fn lifted(analysis: &Analysis) -> String {
             }),
         }
     }
+    let by_falls = off_by_falls(analysis, &scene, &wheels);
+    wheels.extend(by_falls);
     let text = |wheel: &Lifted| {
         let Lifted { name, start, .. } = wheel;
         let doubt = doubt(wheel.certainty).map_or(String::new(), |doubt| format!(", {doubt}"));
@@ -363,8 +364,8 @@ fn lifted(analysis: &Analysis) -> String {
     sentences.join(" ")
 }
 
-/// That nothing lifted. Where another split, or a load within its band, could have lifted something, this is no more than what was
-/// computed.
+/// States that nothing lifted. Where another split, or a load within its band, could have lifted something, the statement is
+/// limited to what was computed.
 fn none(part: Option<String>, is_certain: bool) -> String {
     if part.is_none() && !is_certain {
         return word!("None as computed.").into();
@@ -374,6 +375,49 @@ fn none(part: Option<String>, is_certain: bool) -> String {
         true => say!("None {scope}."),
         false => say!("As computed, none {scope}."),
     }
+}
+
+/// Wheels off the edge of a measured tip-over of which no load shows that they left the ground: they had when it began.
+fn off_by_falls(analysis: &Analysis, scene: &Scene, lifted: &[Lifted]) -> Vec<Lifted> {
+    let machine = &analysis.machine;
+    let mut more: Vec<Lifted> = Vec::new();
+    // on other supports, its edges are others
+    if analysis.rows.supports().is_some() {
+        return more;
+    }
+    for fall in of_kind(analysis, EventKind::TipOver).filter(|fall| fall.is_fact()) {
+        let edge = machine.edge_named(&fall.subject);
+        let edge = edge.filter(|_| fall.measured_rotation.is_some() && fall.other_edge().is_none());
+        let Some(edge) = edge else { continue };
+        let stays = machine.stays_on_ground(&machine.polygon().edges()[edge]);
+        let started = Event {
+            start_bound: Bound::AtOrBefore,
+            ..fall.clone()
+        };
+        for (wheel, _) in machine
+            .wheels()
+            .iter()
+            .zip(stays)
+            .filter(|(_, stays)| !stays)
+        {
+            if lifted
+                .iter()
+                .chain(&more)
+                .any(|known| known.name == wheel.name)
+            {
+                continue;
+            }
+            more.push(Lifted {
+                name: wheel.name.clone(),
+                start: scene.start(&started),
+                times: 1,
+                seen: None,
+                depends: false,
+                certainty: fall.certainty,
+            });
+        }
+    }
+    more
 }
 
 /// Wheels, in words, of which no load shows that they left the ground, but a fall beyond the stop of their axle.
@@ -386,7 +430,7 @@ fn off_by_stops(analysis: &Analysis, scene: &Scene, lifted: &[Lifted]) -> Vec<St
     named.filter(|named| off.contains(named)).collect()
 }
 
-/// Whether a wheel is told to have left the ground.
+/// Whether the report states that a wheel left the ground.
 fn is_told(analysis: &Analysis, wheel: usize, lifted: &[Lifted], beyond: &[String]) -> bool {
     let facts = &analysis.machine.wheels()[wheel];
     lifted.iter().any(|known| known.name == facts.name)
@@ -408,18 +452,25 @@ fn certainty(analysis: &Analysis, incidents: &[Incident<'_>]) -> String {
     match incidents.first().map(Incident::gravest) {
         Some(event) => {
             let what = scene.step(event);
-            sentences.push(match event.certainty {
-                Some(certainty) => say!(
+            sentences.push(match (event.certainty, contradicted(event)) {
+                (Some(certainty), Some((signals, right))) => say!(
+                    "Confidence in \"{what}\": {}, because signals contradict each other then or later ({signals}): the probability that the loads are right all the same is {}. The rest is from the stated uncertainties{}.",
+                    probability(certainty),
+                    probability(right),
+                    scene.split_in_certainty(event)
+                ),
+                (Some(certainty), None) => say!(
                     "Confidence in \"{what}\": {}, from the stated uncertainties{}.",
                     probability(certainty),
                     scene.split_in_certainty(event)
                 ),
-                None => say!("No confidence could be computed for \"{what}\"."),
+                (None, _) => say!("No confidence could be computed for \"{what}\"."),
             });
         }
         None => sentences
             .extend((analysis.digest.lightest).map(|(row, wheel)| smallest(analysis, row, wheel))),
     }
+    sentences.extend(doubted(analysis));
     let faults = analysis
         .notes
         .iter()
@@ -433,18 +484,27 @@ fn certainty(analysis: &Analysis, incidents: &[Incident<'_>]) -> String {
     sentences.join(" ")
 }
 
+/// Signals that contradict each other during an event and make it less sure, and the probability that its loads are right.
+fn contradicted(event: &Event) -> Option<(String, f64)> {
+    let doubt = event.doubt.as_ref();
+    let doubt = doubt.filter(|doubt| doubt.loads_are_right < SURE)?;
+    Some((input_list(&doubt.subjects), doubt.loads_are_right))
+}
+
 /// The assumption that moves the result most.
 fn hangs_on(analysis: &Analysis, incidents: &[Incident<'_>]) -> Option<String> {
     let gravest = incidents.first().map(Incident::gravest);
-    if gravest
-        .is_some_and(|event| unstated_load::contradicts(analysis, event) && event.is_measured())
-    {
+    let sensitivity = analysis.sensitivity.as_ref();
+    let first = sensitivity.and_then(|found| Some((found, *found.ranked().first()?)));
+    // without derivatives, a rotation that is measured rests on no load either
+    let is_by_rotation = gravest.is_some_and(|event| {
+        event.is_measured() && (first.is_none() || unstated_load::contradicts(analysis, event))
+    });
+    if is_by_rotation {
         return Some(
             word!("On gyro and attitude, which measured the rotation: on no mass and no load of the machine file.").into(),
         );
     }
-    let sensitivity = analysis.sensitivity.as_ref();
-    let first = sensitivity.and_then(|found| Some((found, *found.ranked().first()?)));
     let Some((found, first)) = first else {
         return Some(say!(
             "Not known. {}",
@@ -502,6 +562,10 @@ fn hangs_on(analysis: &Analysis, incidents: &[Incident<'_>]) -> Option<String> {
         false => say!(" Next: {}.", next.join(", ")),
     };
     let ground = even_ground(analysis, found).unwrap_or_default();
+    let doubted = gravest.and_then(contradicted);
+    let doubted = doubted.map_or(String::new(), |(signals, _)| {
+        say!("That the loads are right although signals contradict each other then or later ({signals}). If they are: ")
+    });
     let measured = match gravest {
         Some(event) if event.is_measured() => {
             word!("The rotation is measured by gyro and attitude and hangs on no load. Before it: ")
@@ -509,7 +573,7 @@ fn hangs_on(analysis: &Analysis, incidents: &[Incident<'_>]) -> Option<String> {
         _ => "",
     };
     Some(say!(
-        "{measured}{begin}, known to ± {}{}: that alone moves the load of {named} by ± {} N{shift}.{next}{ground}",
+        "{doubted}{measured}{begin}, known to ± {}{}: that alone moves the load of {named} by ± {} N{shift}.{next}{ground}",
         amount(two_sigma, first.parameter.unit(machine)),
         match explanations::is_by_default(analysis, first.parameter) {
             true => word!(" (by default: the machine file does not say how well)"),
@@ -519,7 +583,8 @@ fn hangs_on(analysis: &Analysis, incidents: &[Incident<'_>]) -> Option<String> {
     ))
 }
 
-/// How uneven the ground would have to be under the worst wheel, where it is taken as flat: no standard deviation has that.
+/// Describes how uneven the ground would have to be under the worst wheel, where the ground is taken as flat: no standard
+/// deviation covers that.
 fn even_ground(analysis: &Analysis, found: &SensitivityTable) -> Option<String> {
     let machine = &analysis.machine;
     if machine.contact().ground != Ground::Plane {
@@ -560,7 +625,7 @@ pub(super) fn capital(text: &str) -> String {
     first.unwrap_or_default() + letters.as_str()
 }
 
-/// What is missing of the log.
+/// Describes the missing parts of the log.
 fn lost(analysis: &Analysis) -> String {
     let scene = Scene::of(analysis);
     let mut sentences = Vec::new();
@@ -619,13 +684,13 @@ fn lost(analysis: &Analysis) -> String {
     sentences.join(" ")
 }
 
-/// Whether sensors were commissioned and the machine was weighed.
+/// Describes whether sensors were commissioned and the machine was weighed.
 fn readiness(analysis: &Analysis) -> String {
     let commissioned = &analysis.provenance.commissioning;
     let weighed = match analysis.machine.identified() {
         Some(_) => word!("its parameters were identified from measurements (see Limitations)"),
         None => {
-            word!("its masses are those of the machine file and were not weighed with this program")
+            word!("its masses are those of the machine file: no measurement has corrected them")
         }
     };
     let mut notes = analysis.notes.iter();
@@ -694,7 +759,8 @@ fn when(analysis: &Analysis, incidents: &[Incident<'_>]) -> String {
     let event = incidents.first().map(Incident::gravest).and_then(|event| {
         let what = scene.step(event);
         let start = calendar.utc(event.start_ns)?;
-        Some(say!("{} at {start}. ", capital(&what)))
+        let margin = EventTimes::margin(event);
+        Some(say!("{} at {start}{margin}. ", capital(&what)))
     });
     say!(
         "{}The log covers {first} to {last}, {}.",

@@ -176,7 +176,7 @@ fn chart(title: &str, curves: &[Named], span: (f64, f64), onset_s: f64, from_zer
         true => (0.0, round_up(high)),
         false => (-round_up(-low.min(-0.5)), round_up(high.max(0.5))),
     };
-    let mut chart = Chart::new(title, span, (low, high));
+    let mut chart = Chart::quarter(title, span, (low, high));
     // the title names a single curve
     let is_named = curves.len() > 1;
     if is_named {

@@ -8,7 +8,7 @@ use crate::events::{Event, EventCauses, EventKind};
 use crate::report::findings::{Incident, Scene};
 
 /// Sizes in the picture's own units: narrow, so that its letters can be read on a telephone.
-const WIDTH: f64 = 440.0;
+const WIDTH: f64 = 428.0;
 const BORDER: f64 = 4.0;
 /// A lane: a line of text, and its bar below.
 const LANE: f64 = 24.0;

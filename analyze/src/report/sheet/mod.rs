@@ -3,16 +3,21 @@
 mod answers;
 mod around;
 mod course;
+mod doubted;
 mod witness;
 
 use maud::{Markup, html};
 use tipwatch_language::{say, told, word};
 
+pub use doubted::doubted;
+
+use super::explanations::onset_not_shown;
 use super::findings::{BANDS, Incident, Scene, incidents};
-use super::when::Calendar;
 use super::{machine_view, prevention, unstated_load};
 use crate::analysis::Analysis;
+use crate::analysis::calendar::Calendar;
 use crate::base::file_hash::FileHash;
+use crate::base::options::ModelKind;
 use crate::events::support_words::SupportWord;
 use crate::events::{Answer, EventCauses};
 use crate::page::{facts, number, probability, readable, table, whole};
@@ -22,7 +27,7 @@ const DIFFERS: f64 = 0.1;
 /// Causes on the sheet.
 const MOST_CAUSES: usize = 3;
 
-/// What happened, in at most three sentences in the order in which a witness would tell it.
+/// Tells the story of the log, in at most three sentences in the order in which a witness would tell it.
 #[must_use]
 pub fn story(analysis: &Analysis) -> Vec<String> {
     witness::sentences(analysis, &incidents(&analysis.events))
@@ -41,7 +46,11 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
             @if let Some(incident) = gravest {
                 (course::figure(analysis, incident))
                 (around::figures(analysis, incident))
-                div.columns { (causes(analysis, incident)) (otherwise(analysis, incident)) (prevented(analysis, incident)) }
+                @if incident.gravest().is_under_way {
+                    div { h3 { (word!("Causes")) } p { (onset_not_shown()) } }
+                } @else {
+                    div.columns { (causes(analysis, incident)) (otherwise(analysis, incident)) (prevented(analysis, incident)) }
+                }
             }
             (signature(analysis))
             p.hint { (say!("{}. t counts seconds from the first row.", told(BANDS))) }
@@ -68,8 +77,13 @@ fn machine(analysis: &Analysis, gravest: Option<&Incident<'_>>) -> Markup {
     let Some(pictures) = machine_view::pictures(analysis, row, gravest, contradicted) else {
         return html! {};
     };
+    let scene = Scene::of(analysis);
     let what = match gravest {
-        Some(event) => say!("at the onset: {}", Scene::of(analysis).step(event)),
+        Some(event) if event.is_under_way => say!(
+            "at the first sample that shows the fall: {}",
+            scene.step(event)
+        ),
+        Some(event) => say!("at the onset: {}", scene.step(event)),
         None => say!(
             "when a {} carried least compared with its load at rest",
             SupportWord::of(&analysis.machine).one
@@ -79,10 +93,11 @@ fn machine(analysis: &Analysis, gravest: Option<&Incident<'_>>) -> Markup {
     let time = time.map_or(String::new(), |utc| format!(" ({utc})"));
     let row_s = analysis.rows.seconds(row);
     // the onset lies between two rows
-    let onset_s = gravest.map(|event| analysis.rows.seconds_at(event.start_ns));
-    let onset_s = onset_s.filter(|onset_s| is_shown_otherwise(*onset_s, row_s));
-    let onset = onset_s.map_or(String::new(), |onset_s| {
-        say!("; it began at t = {:.2} s", onset_s)
+    let onset = gravest.map(|event| (event, analysis.rows.seconds_at(event.start_ns)));
+    let onset = onset.filter(|(_, onset_s)| is_shown_otherwise(*onset_s, row_s));
+    let onset = onset.map_or(String::new(), |(event, onset_s)| match event.is_under_way {
+        true => say!("; it began at {}", scene.start(event)),
+        false => say!("; it began at t = {:.2} s", onset_s),
     });
     html! {
         h3 { (say!("The machine {what}, t = {:.2} s{time}", row_s)) (onset) }
@@ -90,12 +105,12 @@ fn machine(analysis: &Analysis, gravest: Option<&Incident<'_>>) -> Markup {
     }
 }
 
-/// Whether two times (s) are two for a reader, to whom hundredths of a second are shown.
+/// Whether two times (s) differ for a reader, to whom hundredths of a second are shown.
 fn is_shown_otherwise(one_s: f64, other_s: f64) -> bool {
     format!("{one_s:.2}") != format!("{other_s:.2}")
 }
 
-/// What took the load away, in newtons.
+/// Renders the causes that took the load, in newtons.
 fn causes(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
     let Some((event, causes)) = incident
         .with_causes()
@@ -104,6 +119,9 @@ fn causes(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
         let why = match incident.events.iter().any(|event| event.causes.is_some()) {
             true => word!(
                 "No load was lost between a moment before it and its beginning: the log does not show what took it."
+            ),
+            false if analysis.options.model == ModelKind::WholeBody => word!(
+                "The log has no loads from before its beginning: it does not show what took the load."
             ),
             false => word!("The chosen model does not tell causes."),
         };
@@ -136,7 +154,7 @@ fn causes(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
     }
 }
 
-/// Whether it would have happened otherwise: yes, no or open, with its probability.
+/// Renders the answers whether the incident would have happened otherwise: yes, no or open, with the probability.
 fn otherwise(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
     let Some(event) = incident.asked() else {
         let onset = analysis.rows.at(incident.gravest().start_ns);
@@ -191,7 +209,7 @@ fn otherwise(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
     }
 }
 
-/// What would have prevented it; nothing where that was simulated over another incident than the one that is told.
+/// Renders the changes that would have prevented the incident; nothing where they were simulated over another incident.
 fn prevented(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
     let advice = analysis.advice.as_ref();
     let span_ns = advice.map(|advice| [advice.event_start_ns, advice.event_end_ns]);

@@ -1,4 +1,4 @@
-//! What happened, in the order in which a witness would tell it.
+//! Story of an incident, in the order in which a witness would tell it.
 
 use tipwatch_language::{say, word};
 use tipwatch_mechanics::{Quantity, State};
@@ -34,7 +34,7 @@ pub(super) fn sentences(analysis: &Analysis, incidents: &[Incident<'_>]) -> Vec<
     told
 }
 
-/// How the machine was before, and whether it had come close already: in order of time.
+/// Describes how the machine was before, and whether it had come close already: in order of time.
 fn before(
     analysis: &Analysis,
     scene: &Scene,
@@ -77,7 +77,13 @@ fn before(
                 let load = load.map_or(String::new(), |(support, load_n)| {
                     say!(", when {support} carried {load_n} N")
                 });
-                let before = before_onset(incident.gravest().start_ns - causes.since_ns);
+                let before = match incident.gravest().start_bound {
+                    // how long before an onset that may have been earlier is not known
+                    Bound::AtOrBefore => String::new(),
+                    Bound::At | Bound::AtOrAfter => {
+                        before_onset(incident.gravest().start_ns - causes.since_ns)
+                    }
+                };
                 say!("This account begins at t = {at_s:.2} s{before}{load}.")
             }
         };
@@ -89,7 +95,7 @@ fn before(
     (!told.is_empty()).then(|| told.join(" "))
 }
 
-/// How long before the onset (ns), unless a reader would see zero.
+/// Describes the time before the onset, unless a reader would see zero.
 fn before_onset(before_ns: i64) -> String {
     let before_s = before_ns as f64 * 1e-9;
     match before_s < LEAST_BEFORE_S {
@@ -117,8 +123,9 @@ fn least_load(analysis: &Analysis, scene: &Scene, event: &Event) -> Option<Strin
     })
 }
 
-/// What a steady machine did in the half second before: it moved at a speed that its wheels show beyond their scatter, or it
-/// stood. A wheel shows that only by its encoder or the odometry: without either its speed is zero in every row.
+/// Describes the motion of a steady machine in the half second before: it moved at a speed that its wheels show beyond their
+/// scatter, or it stood. A wheel shows its speed only by its encoder or the odometry: without either its speed is zero in every
+/// row.
 fn steady(analysis: &Analysis, at_ns: i64) -> String {
     if analysis.coverage.between_rows.is_some() {
         return word!("is taken as steady").into();
@@ -160,7 +167,7 @@ fn steady(analysis: &Analysis, at_ns: i64) -> String {
     }
 }
 
-/// What happened then, step by step.
+/// Describes the course of the incident, step by step.
 fn course(scene: &Scene, incident: &Incident<'_>) -> String {
     let steps = [
         EventKind::WheelLight,
@@ -235,7 +242,7 @@ fn course(scene: &Scene, incident: &Incident<'_>) -> String {
     format!("{}.", capital(&text))
 }
 
-/// How it ended.
+/// Describes how the incident ended.
 fn outcome(analysis: &Analysis, scene: &Scene, incident: &Incident<'_>) -> String {
     if let Some(event) = incident.first(EventKind::TipOver) {
         return tipped(scene, event);

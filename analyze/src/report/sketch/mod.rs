@@ -1,4 +1,4 @@
-//! What the report draws of all rows, kept while they are computed block by block.
+//! Rows that the report draws, kept while they are computed block by block.
 
 mod late;
 
@@ -17,7 +17,7 @@ use crate::analysis::run::{Prepared, RowSink};
 use crate::base::rows::Rows;
 use crate::page::{MOST_POINTS, Point, Thinned, VALUES, together};
 
-/// How finely a report draws the rows of a log.
+/// Detail with which a report draws the rows of a log, and the number of events that it lists; the output tables have all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Detail {
     /// Points of a curve.
@@ -26,6 +26,11 @@ pub(super) struct Detail {
     pub(super) fewer_points: usize,
     /// Instants under the slider, those of events not counted.
     instants: usize,
+    /// Findings with their evidence.
+    pub(super) findings: usize,
+    /// Rows of the table of events, and of that of their causes by kind.
+    pub(super) events: usize,
+    pub(super) causes_of_kind: usize,
 }
 
 impl Detail {
@@ -34,12 +39,18 @@ impl Detail {
         points: MOST_POINTS,
         fewer_points: 1000,
         instants: 600,
+        findings: 12,
+        events: 500,
+        causes_of_kind: 20,
     };
     /// One of the many reports of a fleet.
     const BRIEF: Self = Self {
         points: 200,
         fewer_points: 80,
         instants: 80,
+        findings: 5,
+        events: 30,
+        causes_of_kind: 5,
     };
 }
 
@@ -53,7 +64,7 @@ const HIDDEN: [fn(usize) -> Quantity; 4] = [
     Quantity::StabilityAngle,
 ];
 
-/// What is drawn.
+/// Curve that is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Curve {
     /// A result where loads are usable.
@@ -72,12 +83,12 @@ pub(super) enum Curve {
     OnPaper(usize),
 }
 
-/// What the report draws.
+/// Everything that the report draws.
 #[derive(Debug)]
 pub struct Sketch {
     pub(super) detail: Detail,
     curves: Vec<(Curve, Vec<Point>)>,
-    stacks: Vec<Vec<Layer>>,
+    stacks: Vec<Vec<Layer<Vec<Point>>>>,
     pub(super) instants: Instants,
     pub(super) path: Option<Path>,
 }
@@ -85,12 +96,12 @@ pub struct Sketch {
 /// A layer of the stacked contributions to the OTF of a wheel: below and above it, for the positive and for the
 /// negative part.
 #[derive(Debug)]
-pub(super) struct Layer {
+pub(super) struct Layer<T> {
     pub(super) cause: Contribution,
     /// Whether the contribution is large enough to be seen.
     pub(super) matters: bool,
-    pub(super) above: Vec<Point>,
-    pub(super) below: Vec<Point>,
+    pub(super) above: T,
+    pub(super) below: T,
 }
 
 impl Sketch {
@@ -132,7 +143,7 @@ impl Sketch {
     }
 
     /// The layers of a wheel, the lowest first; none for models without contributions.
-    pub(super) fn layers(&self, wheel: usize) -> &[Layer] {
+    pub(super) fn layers(&self, wheel: usize) -> &[Layer<Vec<Point>>] {
         self.stacks.get(wheel).map_or(&[], Vec::as_slice)
     }
 }
@@ -159,15 +170,7 @@ struct Drawn {
 #[derive(Debug)]
 struct Stack {
     wheel: usize,
-    layers: Vec<StackLayer>,
-}
-
-#[derive(Debug)]
-struct StackLayer {
-    cause: Contribution,
-    matters: bool,
-    above: Thinned,
-    below: Thinned,
+    layers: Vec<Layer<Thinned>>,
 }
 
 impl SketchPass {
@@ -182,6 +185,7 @@ impl SketchPass {
             points: most,
             fewer_points: fewer,
             instants,
+            ..
         } = detail;
         let (machine, table) = (prepared.machine, prepared.table);
         let wheels = 0..machine.wheels().len();
@@ -214,7 +218,7 @@ impl SketchPass {
             Drawn { curve, thinned }
         });
         let has_causes = table.has(Quantity::Contribution(Contribution::ArmWeight, 0));
-        let layer = |&cause: &Contribution| StackLayer {
+        let layer = |&cause: &Contribution| Layer {
             cause,
             matters: false,
             above: Thinned::new(rows, fewer),
@@ -313,7 +317,7 @@ fn results(prepared: &Prepared<'_>) -> Vec<Quantity> {
 
 /// The inputs of some rows, one column each, and which of their results are drawn.
 struct Inputs {
-    /// Whether loads are usable.
+    /// Whether the loads of each row are usable.
     usable: Vec<bool>,
     positions: Vec<Vec<f64>>,
     specific_force: [Vec<f64>; 3],
@@ -433,7 +437,7 @@ impl Stack {
         }
     }
 
-    fn finish(self) -> Vec<Layer> {
+    fn finish(self) -> Vec<Layer<Vec<Point>>> {
         let mut under: [Vec<Point>; 2] = Default::default();
         let mut layers = Vec::with_capacity(self.layers.len());
         for layer in self.layers {

@@ -9,7 +9,7 @@ record! {
     pub(in crate::screen) struct OfLog {
         /// name of the machine
         machine: Option<String>,
-        /// day of the log's first stamp (UTC)
+        /// day of the log's first row (UTC)
         day: Option<Day>,
         /// the log, as in `logs`
         log_id: Option<String>,

@@ -1,7 +1,7 @@
 //! The data set: `logs/2026-06.parquet`, one row per log, and `events/2026-06.parquet`, one row per event, a file a month; and
 //! `comparisons/all.parquet`.
 //!
-//! It follows from all records alone, to the byte: a file that would not change is neither written nor uploaded.
+//! The data set follows from all records alone, to the byte: a file that would not change is neither written nor uploaded.
 
 mod comparison;
 mod event;

@@ -1,4 +1,4 @@
-//! Why a query has no answer, and what was expected.
+//! Errors of queries: why one has no answer, and what was expected.
 
 use std::collections::BTreeSet;
 
@@ -6,7 +6,7 @@ use polars::prelude::PolarsError;
 
 use super::TABLES;
 
-/// Why a query has no answer: it is not valid, or names what the tables do not have.
+/// Error: a query has no answer, because it is not valid or names what the tables do not have.
 #[derive(Debug)]
 pub struct NotAnswered(String);
 
@@ -18,7 +18,7 @@ impl std::fmt::Display for NotAnswered {
 
 impl std::error::Error for NotAnswered {}
 
-/// What a statement may begin with: a data set is only read.
+/// First words that a statement may have: a data set is only read.
 const READING: [&str; 6] = ["SELECT", "WITH", "FROM", "VALUES", "SHOW", "EXPLAIN"];
 
 impl NotAnswered {
@@ -59,7 +59,7 @@ impl NotAnswered {
     }
 }
 
-/// What a query over the tables `named` was told instead of an answer.
+/// Describes why a query over the tables `named` has no answer.
 pub(super) fn text(sql: &str, error: &PolarsError, named: &BTreeSet<String>) -> String {
     let reason = reason(error);
     let lacks_a_column = ["unable to find column", "no column named"];

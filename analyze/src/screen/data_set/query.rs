@@ -141,7 +141,7 @@ impl Answer {
         self.frame.height()
     }
 
-    /// The same as a table of results.
+    /// Converts the answer to a table of results.
     ///
     /// # Errors
     /// A column has a type that such tables do not have.
@@ -265,7 +265,7 @@ impl Answer {
     /// Writes a Parquet file.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The file cannot be written.
     pub fn write_parquet(&self, path: &Path) -> Result<()> {
         let failed = || format!("{}: cannot be written", path.display());
         let file = std::fs::File::create(path).with_context(failed)?;

@@ -1,9 +1,10 @@
-//! What is compared with what, and when it is said that a machine stands out.
+//! Comparisons of machines, and the criteria by which one stands out.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
 use strum::{EnumIter, IntoEnumIterator, IntoStaticStr};
+use tipwatch_language::{say, word};
 
 use super::statistics::{
     Change, LEAST_SEGMENT, Sorted, discovery_rates, fall, least_chance, mean, median, of_one_more,
@@ -16,7 +17,7 @@ use crate::tables::frame::Day;
 
 /// Share of the machines that are called outliers that may be so by chance.
 pub(in crate::screen) const MOST_FALSE: f64 = 0.05;
-/// The same against the machines of a type, whose scatter is known from few of them.
+/// Most false alarms in comparisons with the machines of a type, whose scatter is known from few of them.
 const MOST_FALSE_OF_TYPE: f64 = 0.005;
 /// Fewest logs of a machine, and fewest other machines of its type.
 const LEAST_LOGS: usize = 5;
@@ -24,7 +25,7 @@ const LEAST_OTHERS: usize = 8;
 /// Longer logs reach smaller margins: their margins are not compared with those of logs shorter by more.
 const MOST_LONGER: f64 = 2.0;
 
-/// What a log says about its machine.
+/// Quantity of a log that describes its machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, EnumIter, IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
 pub(in crate::screen) enum Quantity {
@@ -54,7 +55,7 @@ impl Quantity {
     }
 }
 
-/// What a machine is compared with.
+/// Reference of a machine's comparison.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
 pub(in crate::screen) enum Against {
@@ -64,13 +65,13 @@ pub(in crate::screen) enum Against {
     Type { machine_type: String },
 }
 
-/// What a comparison says.
+/// Result of a comparison.
 #[derive(Debug, Clone, PartialEq, IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
 pub(in crate::screen) enum Verdict {
     /// The machine stands out.
     Outlier { is_worse: bool },
-    /// It does not, or not surely enough.
+    /// The machine does not stand out, or not surely enough.
     Inconspicuous,
     /// Nothing can be said.
     NotComparable { reason: String },
@@ -310,7 +311,7 @@ fn days_of<'a>(logs: &[&'a Log<'a>]) -> Vec<Days<'a>> {
     days.into_iter().collect()
 }
 
-/// What logs say together: the middle of their margins, but the share of all their time.
+/// Combines the values of logs: the middle of their margins, but the share of all their time.
 fn together<'a>(
     quantity: Quantity,
     middle: fn(&[f64]) -> Option<f64>,
@@ -349,7 +350,7 @@ fn days_needed(machines: usize) -> usize {
     (2 * LEAST_SEGMENT..1000).find(is_enough).unwrap_or(1000)
 }
 
-/// What the logs of a day say together.
+/// Combined value of the logs of a day.
 struct DayValue<'a> {
     day: Day,
     logs: &'a [&'a Log<'a>],
@@ -377,7 +378,7 @@ fn with_history(machine: &str, days: &[Days<'_>], quantity: Quantity, needed: us
         let mut change = None;
         let chance = if series.len() < needed {
             comparison.usual_count = series.len();
-            Err(format!(
+            Err(say!(
                 "too few days: {} of at least {needed}; in fewer no change could be sure",
                 series.len()
             ))
@@ -402,11 +403,11 @@ fn with_history(machine: &str, days: &[Days<'_>], quantity: Quantity, needed: us
                     };
                     comparable(quantity, durations(since), durations(earlier)).and_then(|()| {
                         match came_with_the_analysis(earlier, since) {
-                            true => Err(
+                            true => Err(word!(
                                 "the machine file or the program changed at the same time; analysing the logs before it anew \
                                  would tell"
-                                    .into(),
-                            ),
+                            )
+                            .into()),
                             // judged with those of the fleet
                             false => Ok(1.0),
                         }
@@ -458,7 +459,7 @@ impl<'a> Typical<'a> {
     }
 }
 
-/// What the machines of a type that have enough logs say in a quantity.
+/// Combined values of the machines of a type that have enough logs, in a quantity.
 #[derive(Default)]
 struct OfType {
     values: Sorted,
@@ -505,7 +506,7 @@ fn with_type(
     comparison.value = mine;
     comparison.usual = usual.median();
     if !is_one_of_them {
-        let reason = format!("too few logs: {count} of at least {LEAST_LOGS}");
+        let reason = say!("too few logs: {count} of at least {LEAST_LOGS}");
         return Some(Raw {
             comparison,
             chance: Err(reason),
@@ -514,7 +515,7 @@ fn with_type(
         });
     }
     if usual.len() < LEAST_OTHERS {
-        let reason = format!(
+        let reason = say!(
             "too few other machines of the type with {LEAST_LOGS} logs or more: {} of at least {LEAST_OTHERS}",
             usual.len()
         );
@@ -552,12 +553,12 @@ fn with_type(
 /// Whether logs of these durations (s) can be compared in a quantity.
 fn comparable(quantity: Quantity, a: Option<f64>, b: Option<f64>) -> Result<(), String> {
     let (Some(a), Some(b)) = (a, b) else {
-        return Err("no durations".into());
+        return Err(word!("no durations").into());
     };
     let is_similar = a <= MOST_LONGER * b && b <= MOST_LONGER * a;
     match quantity != Quantity::WorstMargin || is_similar {
         true => Ok(()),
-        false => Err(format!(
+        false => Err(say!(
             "the logs last {a:.0} s and {b:.0} s (medians): longer logs reach smaller margins"
         )),
     }

@@ -198,7 +198,7 @@ pub(super) fn fall(values: &[f64]) -> Option<Change> {
     fall_by(values, MOST_ORDERS)
 }
 
-/// The same by at most so many orders.
+/// Finds the most pronounced fall of the mean by at most so many random orders; see [`fall`].
 fn fall_by(values: &[f64], most_orders: u32) -> Option<Change> {
     let n = values.len();
     let (first, last) = (
@@ -237,8 +237,8 @@ fn fall_by(values: &[f64], most_orders: u32) -> Option<Change> {
     })
 }
 
-/// How much smaller the probability under a normal distribution must be than that by order: it costs a real change nothing,
-/// whose probability is many times smaller, and leaves few alarms to chance.
+/// Ratio by which the probability under a normal distribution must be smaller than that by order: a real change has a probability
+/// many times smaller anyway, and few alarms are left to chance.
 const STRICTER: f64 = 50.0;
 
 /// Standard deviation within two parts, and the correlation of neighbours there; no correlation of equal values.
@@ -261,7 +261,7 @@ fn scatter(early: &[f64], late: &[f64]) -> (f64, f64) {
     ((squares / freedom as f64).sqrt(), correlation)
 }
 
-/// Where the mean falls most, as the number of values before it, and by how much (T).
+/// Finds the place at which the mean falls most, as the number of values before it, and the size of the fall (T).
 fn largest_fall(values: &[f64]) -> (usize, f64) {
     let n = values.len() as f64;
     let all: f64 = values.iter().sum();

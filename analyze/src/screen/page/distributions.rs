@@ -1,10 +1,11 @@
 //! Distributions of the margins, and the causes of small ones.
 
 use maud::{Markup, html};
+use tipwatch_language::{decimals, say, word};
 
 use super::seen::{Seen, exposed as exposed_in_words, exposed_s, listed_machines};
 use crate::page::svg::{Chart, round_up};
-use crate::page::{Bar, bars, count_of, readable, table, time};
+use crate::page::{Bar, bars, logs as in_logs, percent, readable, table, time};
 use crate::policy::facts::{EXPOSURE_CAUSES, HISTOGRAM_EDGES};
 
 /// Bins of margins: one below 0, twenty of a twentieth each, one above 1.
@@ -30,12 +31,12 @@ pub(super) fn margins(seen: &[Seen<'_>]) -> Option<Markup> {
     let all: f64 = seen.iter().map(|log| log.facts.coverage.covered_s).sum();
     Some(html! {
         p.hint {
-            "Bars below 0: a wheel or support is off the ground. The margin cannot be computed for " (time(unknown)) " of " (time(all))
-            "; this time is not shown."
+            (say!("Bars below 0: a wheel or support is off the ground. The margin cannot be computed for {} of {}; this time is not shown.",
+                time(unknown), time(all)))
         }
         div.grid {
-            (histogram("Number of logs by worst margin", &logs, &|logs| count_of(logs as usize, "log")))
-            (histogram("Hours of operation by margin", &hours, &|hours| time(3600.0 * hours)))
+            (histogram(word!("Number of logs by worst margin"), &logs, &|logs| in_logs(logs as usize)))
+            (histogram(word!("Hours of operation by margin"), &hours, &|hours| time(3600.0 * hours)))
             (small_margins(&hours))
         }
     })
@@ -57,7 +58,7 @@ fn small_margins(hours: &[f64]) -> Markup {
     let shown = &minutes[..6];
     let top = round_up(shown.iter().copied().fold(0.0, f64::max));
     let mut chart = Chart::new(
-        "Minutes of operation with a margin below 25 %",
+        word!("Minutes of operation with a margin below 25 %"),
         (-BIN_WIDTH, 0.25),
         (0.0, top),
     );
@@ -73,11 +74,11 @@ fn add_bars(chart: &mut Chart, counts: &[f64], in_words: &dyn Fn(f64) -> String)
         let from = (bin as f64 - 1.0) * BIN_WIDTH;
         let class = if bin == 0 { "below" } else { "bar" };
         let margins = match bin {
-            0 => "below 0".to_owned(),
-            _ if bin + 1 == BINS => "above 100 %".into(),
+            0 => word!("below 0").to_owned(),
+            _ if bin + 1 == BINS => word!("above 100 %").into(),
             _ => {
                 let (low, high) = (100.0 * from, 100.0 * (from + BIN_WIDTH));
-                format!("{low:.0} to {high:.0} %")
+                say!("{low:.0} to {high:.0} %")
             }
         };
         let text = format!("{margins}: {}", in_words(count));
@@ -90,22 +91,22 @@ fn add_bars(chart: &mut Chart, counts: &[f64], in_words: &dyn Fn(f64) -> String)
 fn finish(mut chart: Chart, top: f64) -> Markup {
     chart.guide_up(0.0);
     chart.label_y(0.0, "0");
-    chart.label_y(top, &format!("{top}"));
-    chart.caption_x("Margin (share of the static load)");
+    chart.label_y(top, &decimals(format!("{top}")));
+    chart.caption_x(word!("Margin (share of the static load)"));
     chart.finish()
 }
 
 pub(super) fn causes(seen: &[Seen<'_>]) -> Markup {
     let all = by_cause(seen);
     let Some((exposed, is_unknown_of_some)) = exposed_s(seen) else {
-        return html! { p { "The margin of no log is known, and so no time below the notice level." } };
+        return html! { p { (word!("The margin of no log is known, and so no time below the notice level.")) } };
     };
     if exposed == 0.0 {
         return html! {
             p {
-                "No machine came below the notice level (a margin of 25 % unless the machine file sets another) in the "
-                "time that is computable."
-                @if is_unknown_of_some { " The margins of some logs are not known." }
+                (word!("No machine came below the notice level (a margin of 25 % unless the machine file sets another) in the \
+                    time that is computable."))
+                @if is_unknown_of_some { (word!(" The margins of some logs are not known.")) }
             }
         };
     }
@@ -118,7 +119,7 @@ pub(super) fn causes(seen: &[Seen<'_>]) -> Markup {
         Bar {
             label: name(i),
             share,
-            text: format!("{} ({:.1} %)", time(all[*i]), 100.0 * share),
+            text: format!("{} ({})", time(all[*i]), percent(share)),
         }
     };
     let (machines, note) = listed_machines(seen);
@@ -130,15 +131,14 @@ pub(super) fn causes(seen: &[Seen<'_>]) -> Markup {
             .chain(causes)
             .collect()
     });
-    let head = ["Machine".into(), "Exposed".into()]
+    let head = [word!("Machine").into(), word!("Exposed").into()]
         .into_iter()
         .chain(order.iter().map(name));
     html! {
         p.hint {
-            "Exposure is the time with a margin below the notice level (25 % unless the machine file sets another): "
-            (exposed_in_words(seen)) " in total. Each instant is divided among the causes that take load from the worst wheel, "
-            "relative to its static load. Posture is the effect of the weight of chassis, wheels and arm in positions other than "
-            "the static posture."
+            (say!("Exposure is the time with a margin below the notice level (25 % unless the machine file sets another): {} in total. \
+                Each instant is divided among the causes that take load from the worst wheel, relative to its static load. Posture is \
+                the effect of the weight of chassis, wheels and arm in positions other than the static posture.", exposed_in_words(seen)))
         }
         (bars(&order.iter().map(bar).collect::<Vec<_>>()))
         (note)

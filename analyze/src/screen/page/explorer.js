@@ -3,11 +3,16 @@
 unpacked('data').json().then(function (data) {
   const rows = data.machine.length, perPage = 50;
   const place = document.getElementById('explorer');
+  const words = data.words;
+  const said = function (name, values) { return words[name].replace(/\{(\w+)\}/g, function (_, value) { return values[value]; }); };
   const known = function (value) { return value !== null && value !== undefined; };
-  const percent = function (thousandths) { return known(thousandths) ? (thousandths / 10).toFixed(1) + ' %' : 'unknown'; };
-  const seconds = function (s) { return s < 120 ? (+s.toFixed(s < 10 ? 2 : 0)) + ' s' : s < 7200 ? (s / 60).toFixed(1) + ' min' : (s / 3600).toFixed(1) + ' h'; };
-  const date = function (day) { return known(day) ? new Date(day * 864e5).toISOString().slice(0, 10) : 'unknown'; };
-  const machineName = function (i) { const m = data.machine[i]; return known(m) ? data.machines[m].name : 'unknown'; };
+  // numbers have the decimal mark of the page's language
+  const decimals = function (number) { return data.comma ? String(number).replace('.', ',') : String(number); };
+  const fixed = function (number, digits) { return decimals(number.toFixed(digits)); };
+  const percent = function (thousandths) { return known(thousandths) ? fixed(thousandths / 10, 1) + ' %' : words.unknown; };
+  const seconds = function (s) { return s < 120 ? decimals(+s.toFixed(s < 10 ? 2 : 0)) + ' s' : s < 7200 ? fixed(s / 60, 1) + ' min' : fixed(s / 3600, 1) + ' h'; };
+  const date = function (day) { return known(day) ? new Date(day * 864e5).toISOString().slice(0, 10) : words.unknown; };
+  const machineName = function (i) { const m = data.machine[i]; return known(m) ? data.machines[m].name : words.unknown; };
   const element = function (tag, text, parent, attributes) {
     const made = document.createElement(tag);
     if (text !== undefined && text !== null) made.textContent = text;
@@ -21,8 +26,9 @@ unpacked('data').json().then(function (data) {
     else element('span', data.name[i], parent, {title: full});
   };
   const margin = function (i) {
-    if (!known(data.margin[i])) return data.group[i] === data.groups.length - 1 ? '' : 'not computable';
-    return percent(data.margin[i]) + (known(data.sigma[i]) ? ' ± ' + percent(2 * data.sigma[i]) : ' (uncertainty not computable)') +
+    if (!known(data.margin[i])) return data.group[i] === data.groups.length - 1 ? '' : words.not_computable;
+    const value = percent(data.margin[i]);
+    return (known(data.sigma[i]) ? value + ' ± ' + percent(2 * data.sigma[i]) : said('no_uncertainty', {margin: value})) +
       (data.marks[i] & 2 ? data.contradicted : '');
   };
   const posture = function (i) {
@@ -30,36 +36,37 @@ unpacked('data').json().then(function (data) {
     const names = data.joints[data.posture[i][0]].split('\n');
     return data.posture[i][1].map(function (position, j) {
       const metres = names[j].endsWith(' m'), name = names[j].slice(0, metres ? -2 : -1);
-      return name + ' ' + (!known(position) ? 'unknown' : metres ? (position / 100).toFixed(2) + ' m' : position + '°');
+      return name + ' ' + (!known(position) ? words.unknown : metres ? fixed(position / 100, 2) + ' m' : position + '°');
     }).join(', ');
   };
   const certainty = function (i) { return known(data.certainty[i]) ? data.certainties[data.certainty[i]] : ''; };
-  const countOf = function (n, one) { return n + ' ' + one + (n === 1 ? '' : 's'); };
+  const logsIn = function (n) { return n === 1 ? words.one_log : said('logs', {count: n}); };
   const named = function (names, places) { return function (i) { return known(places[i]) ? names[places[i]] : null; }; };
   const wheel = named(data.wheels, data.wheel), cause = named(data.causes, data.cause), told = named(data.texts, data.text);
+  // in the order of their heads
   const columns = [
     // logs of one rank by margin
-    {head: 'Rank', key: function (i) { return data.rank[i] + (known(data.margin[i]) ? Math.min(9e4, data.margin[i] + 3e4) : 9e4) / 1e5; },
-      text: function (i) { return data.tied[i] ? data.rank[i] + ' to ' + (data.rank[i] + data.tied[i]) : data.rank[i]; }},
-    {head: 'Machine', key: machineName, cell: function (i, parent) {
+    {key: function (i) { return data.rank[i] + (known(data.margin[i]) ? Math.min(9e4, data.margin[i] + 3e4) : 9e4) / 1e5; },
+      text: function (i) { return data.tied[i] ? said('range', {first: data.rank[i], last: data.rank[i] + data.tied[i]}) : data.rank[i]; }},
+    {key: machineName, cell: function (i, parent) {
       if (!known(data.machine[i])) { parent.textContent = machineName(i); return; }
       const button = element('button', machineName(i), parent, {type: 'button'});
       button.addEventListener('click', function () { filters.machine.value = String(data.machine[i]); page = 0; show(); });
     }},
-    {head: 'Log', key: function (i) { return data.name[i]; }, cell: link},
-    {head: 'Finding', key: function (i) { return data.group[i]; }, text: function (i) { return data.groups[data.group[i]]; }},
-    {head: 'Worst margin', key: function (i) { return data.margin[i]; }, text: margin},
-    {head: 'At most by any split', key: function (i) { return data.any[i]; }, text: function (i) { return known(data.any[i]) ? data.any[i] + ' %' : ''; }},
-    {head: 'Wheel or support', key: wheel, text: wheel},
-    {head: 'Lifted', down: true, key: function (i) { return data.lifted[i]; }, text: function (i) { return data.lifted[i] ? seconds(data.lifted[i] / 100) : ''; }},
-    {head: 'Certainty of the finding', down: true, key: function (i) { return data.sure[i]; }, text: certainty},
-    {head: 'Computable', key: function (i) { return data.valid[i]; }, text: function (i) { return (known(data.valid[i]) ? percent(data.valid[i]) : '') + (data.marks[i] & 1 ? ': not decided' : ''); }},
-    {head: 'Main cause', key: cause, text: cause},
-    {head: 'Speed', down: true, key: function (i) { return data.speed[i]; }, text: function (i) { return known(data.speed[i]) ? (data.speed[i] / 10).toFixed(1) + ' m/s' : ''; }},
-    {head: 'Tilt', down: true, key: function (i) { return data.tilt[i]; }, text: function (i) { return known(data.tilt[i]) ? data.tilt[i] + '°' : ''; }},
-    {head: 'Posture', key: function (i) { return posture(i) || null; }, text: posture},
-    {head: 'Day', key: function (i) { return data.day[i]; }, text: function (i) { return date(data.day[i]); }},
-    {head: 'Doubt or failure', key: told, text: told}
+    {key: function (i) { return data.name[i]; }, cell: link},
+    {key: function (i) { return data.group[i]; }, text: function (i) { return data.groups[data.group[i]]; }},
+    {key: function (i) { return data.margin[i]; }, text: margin},
+    {key: function (i) { return data.any[i]; }, text: function (i) { return known(data.any[i]) ? data.any[i] + ' %' : ''; }},
+    {key: wheel, text: wheel},
+    {down: true, key: function (i) { return data.lifted[i]; }, text: function (i) { return data.lifted[i] ? seconds(data.lifted[i] / 100) : ''; }},
+    {down: true, key: function (i) { return data.sure[i]; }, text: certainty},
+    {key: function (i) { return data.valid[i]; }, text: function (i) { return (known(data.valid[i]) ? percent(data.valid[i]) : '') + (data.marks[i] & 1 ? words.undecided : ''); }},
+    {key: cause, text: cause},
+    {down: true, key: function (i) { return data.speed[i]; }, text: function (i) { return known(data.speed[i]) ? fixed(data.speed[i] / 10, 1) + ' m/s' : ''; }},
+    {down: true, key: function (i) { return data.tilt[i]; }, text: function (i) { return known(data.tilt[i]) ? data.tilt[i] + '°' : ''; }},
+    {key: function (i) { return posture(i) || null; }, text: posture},
+    {key: function (i) { return data.day[i]; }, text: function (i) { return date(data.day[i]); }},
+    {key: told, text: told}
   ];
   const state = {by: 0, down: false};
   let page = 0, chosen = [];
@@ -69,7 +76,7 @@ unpacked('data').json().then(function (data) {
   const select = function (name, label, options) {
     const box = element('label', label + ' ', bar);
     filters[name] = element('select', null, box, {name: name});
-    element('option', 'all', filters[name], {value: ''});
+    element('option', words.all, filters[name], {value: ''});
     options.forEach(function (option) { element('option', option[1], filters[name], {value: option[0]}); });
   };
   const input = function (name, label, type) {
@@ -79,15 +86,15 @@ unpacked('data').json().then(function (data) {
   const indexed = function (names) { return names.map(function (name, i) { return [i, name]; }); };
   const byName = function (a, b) { return a[1] < b[1] ? -1 : 1; };
   const types = Array.from(new Set(data.machines.map(function (m) { return m.kind; }).filter(known))).sort();
-  select('machine', 'Machine', indexed(data.machines.map(function (m) { return m.name; })).sort(byName));
-  select('type', 'Type', types.map(function (kind) { return [kind, kind]; }));
-  select('group', 'Finding', indexed(data.groups));
-  select('event', 'Event', indexed(data.kinds));
-  select('cause', 'Cause', indexed(data.causes));
-  input('from', 'From', 'date');
-  input('to', 'To', 'date');
-  input('text', 'Text', 'search');
-  const clear = element('button', 'Clear', bar, {type: 'button'});
+  select('machine', words.machine, indexed(data.machines.map(function (m) { return m.name; })).sort(byName));
+  select('type', words.type, types.map(function (kind) { return [kind, kind]; }));
+  select('group', words.finding, indexed(data.groups));
+  select('event', words.event, indexed(data.kinds));
+  select('cause', words.cause, indexed(data.causes));
+  input('from', words.from, 'date');
+  input('to', words.to, 'date');
+  input('text', words.text, 'search');
+  const clear = element('button', words.clear, bar, {type: 'button'});
   const card = element('div', null, place, {'class': 'card'});
   const count = element('p', null, place, {'class': 'hint', 'aria-live': 'polite'});
   const wide = element('div', null, place, {'class': 'wide ranking'});
@@ -95,12 +102,12 @@ unpacked('data').json().then(function (data) {
   const head = element('tr', null, element('thead', null, table));
   const body = element('tbody', null, table);
   const pager = element('div', null, place, {'class': 'filters'});
-  const before = element('button', '‹ before', pager, {type: 'button'});
+  const before = element('button', words.before, pager, {type: 'button'});
   const where = element('span', null, pager);
-  const after = element('button', 'next ›', pager, {type: 'button'});
+  const after = element('button', words.after, pager, {type: 'button'});
   columns.forEach(function (column, c) {
     const cell = element('th', null, head, {scope: 'col'});
-    column.button = element('button', column.head, cell, {type: 'button'});
+    column.button = element('button', data.heads[c], cell, {type: 'button'});
     column.th = cell;
     column.button.addEventListener('click', function () {
       state.down = state.by === c ? !state.down : Boolean(column.down); state.by = c; page = 0; show();
@@ -145,13 +152,13 @@ unpacked('data').json().then(function (data) {
   const history = function (m) {
     const dots = [];
     for (let i = 0; i < rows; i++) if (data.machine[i] === m && known(data.day[i]) && known(data.margin[i])) dots.push(i);
-    if (!dots.length) { element('p', 'No log of this machine has both a margin and a date.', card); return; }
+    if (!dots.length) { element('p', words.no_history, card); return; }
     let first = Infinity, last = -Infinity, floor = -100;
     dots.forEach(function (i) { first = Math.min(first, data.day[i]); last = Math.max(last, data.day[i]); floor = Math.min(floor, data.margin[i]); });
     floor = Math.max(floor, -500);
     const width = 900, height = 200, x = function (day) { return 44 + (width - 60) * (last > first ? (day - first) / (last - first) : 0.5); };
     const y = function (value) { return 10 + (height - 40) * (1 - (Math.max(floor, Math.min(1000, value)) - floor) / (1000 - floor)); };
-    const chart = svg('svg', card, {viewBox: '0 0 ' + width + ' ' + height, 'class': 'chart', role: 'img'}, 'Worst margin of each log over time');
+    const chart = svg('svg', card, {viewBox: '0 0 ' + width + ' ' + height, 'class': 'chart', role: 'img'}, words.history);
     [0, 500, 1000].forEach(function (value) {
       svg('line', chart, {x1: 44, x2: width - 16, y1: y(value), y2: y(value), stroke: value ? 'var(--grid)' : 'var(--axis)', 'stroke-dasharray': value ? '' : '4 3'});
       svg('text', chart, {x: 40, y: y(value) + 4, fill: 'var(--ink)', 'text-anchor': 'end', 'font-size': 12}).textContent = value / 10 + ' %';
@@ -181,8 +188,9 @@ unpacked('data').json().then(function (data) {
       logs++; computable += data.computable[i]; exposed += data.exposed[i] || 0; unknown += known(data.exposed[i]) ? 0 : 1; lifted += data.lifted[i] / 100; groups[data.group[i]]++;
     }
     const found = groups.map(function (n, g) { return n ? n + ': ' + data.groups[g] : ''; }).filter(Boolean).join('; ');
-    element('p', countOf(logs, 'log') + ', ' + seconds(computable) + ' computable, ' + (unknown === logs ? 'unknown time' : (unknown ? 'at least ' : '') + seconds(exposed)) + ' below the notice level, ' + seconds(lifted) + ' with a wheel or support off the ground. ' + found + '.', card);
-    if (data.left_out) element('p', 'These are its logs among the first ' + rows + ' of ' + (rows + data.left_out) + ' that the page holds.', card, {'class': 'holes'});
+    const below = unknown === logs ? words.unknown_time : unknown ? said('at_least', {time: seconds(exposed)}) : seconds(exposed);
+    element('p', said('card', {logs: logsIn(logs), computable: seconds(computable), exposed: below, lifted: seconds(lifted), found: found}), card);
+    if (data.left_out) element('p', said('left_out', {rows: rows, all: rows + data.left_out}), card, {'class': 'holes'});
     // a machine that became better is no warning
     machine.outliers.forEach(function (told) { element('p', told[0], card, told[1] ? {'class': 'holes'} : {}); });
     history(m);
@@ -202,8 +210,8 @@ unpacked('data').json().then(function (data) {
     columns.forEach(function (column, c) {
       column.th.setAttribute('aria-sort', state.by !== c ? 'none' : state.down ? 'descending' : 'ascending');
     });
-    count.textContent = chosen.length + ' of ' + countOf(rows, 'log');
-    where.textContent = ' page ' + (page + 1) + ' of ' + pages + ' ';
+    count.textContent = said('shown', {shown: chosen.length, all: logsIn(rows)});
+    where.textContent = ' ' + said('page', {page: page + 1, pages: pages}) + ' ';
     before.disabled = page === 0; after.disabled = page + 1 >= pages;
     showCard();
     place.setAttribute('data-shown', String(chosen.length));

@@ -6,13 +6,14 @@ use std::collections::BTreeMap;
 
 use maud::{Markup, html};
 use serde::Serialize;
+use tipwatch_language::{is_english, message, say, told, word};
 
 use super::ranking::{Group, Ranked};
 use super::seen::log_link;
 use crate::analysis::margin::Moment;
 use crate::events::EventKind;
 use crate::events::LEAST_OF_A_FACT;
-use crate::events::support_words::SupportWord;
+use crate::events::support_words::{SupportWord, support_word};
 use crate::page::{self, Program, input_in_words, percent, probability, readable};
 use crate::policy::facts::EXPOSURE_CAUSES;
 use crate::screen::data_set::{contradicts_margin, doubted};
@@ -51,17 +52,23 @@ impl Names {
 struct Machine {
     name: String,
     kind: Option<String>,
-    /// What stands out about it, and whether it is worse than usual.
+    /// Quantities in which the machine stands out, and whether it is worse than usual in each.
     outliers: Vec<(String, bool)>,
 }
 
-/// What the script reads: columns of the same length, one value a log, by path. `null` is unknown. Of a large fleet the columns
-/// are the memory of the page: numbers have 32 bits.
+/// Data that the script reads: columns of the same length, one value a log, by path. `null` is unknown. Of a large fleet the
+/// columns are the memory of the page: numbers have 32 bits.
 #[derive(Serialize, Default)]
 struct Data<'a> {
     machines: Vec<Machine>,
     causes: Vec<String>,
     groups: Vec<&'static str>,
+    /// Heads of the table's columns.
+    heads: Vec<&'static str>,
+    /// The other texts of the script, by name, with places for its numbers.
+    words: BTreeMap<&'static str, &'static str>,
+    /// Whether the decimal mark is a comma.
+    comma: bool,
     kinds: Vec<String>,
     folders: Vec<String>,
     /// Number of logs that the page does not hold.
@@ -80,7 +87,7 @@ struct Data<'a> {
     report: Vec<String>,
     group: Vec<u8>,
     rank: Vec<u32>,
-    /// How many logs behind the first of the rank cannot be told from it.
+    /// Number of logs behind the first of the rank that cannot be told from it.
     tied: Vec<u32>,
     /// Thousandths: margin and its standard deviation; hundredths: what it is at most by any split.
     margin: Vec<Option<i32>>,
@@ -91,7 +98,7 @@ struct Data<'a> {
     lifted: Vec<i64>,
     /// Ten thousandths: certainty of the finding, of the surest if there are several, to sort by.
     sure: Vec<Option<i32>>,
-    /// What to say of it.
+    /// Text about the certainty.
     certainty: Vec<Option<u32>>,
     /// Seconds.
     exposed: Vec<Option<i32>>,
@@ -114,7 +121,7 @@ struct Data<'a> {
 }
 
 /// Said of a margin above zero of a log in which a wheel lifted or the machine fell.
-const CONTRADICTED: &str = ": contradicted by the finding";
+const CONTRADICTED: &str = message!(": contradicted by the finding");
 
 /// The group of logs that could not be analysed, behind those of the ranking.
 const FAILED: u8 = Group::ALL.len() as u8;
@@ -140,24 +147,24 @@ pub(super) fn explorer(
     let all = ranked.len() + failed.len();
     let section = html! {
         p.hint {
-            "The worst margin is the smallest overturning force (OTF) of any wheel or support as a share of its static load, ± two standard "
-            "deviations: 0 when it is about to lift, 100 % at rest on level ground. It holds under the split of the load that "
-            "the machine file states. By another split the margin is at most what stands beside it: 0 % where a wheel or support is off "
-            "the ground however the load splits, while 100 % does not exclude that one lifted by another split. "
-            "Logs in which the machine tipped over come first, then those in which it tipped about an edge and those in which a "
-            "wheel or support lifted, the longest first, and where their times cannot be told apart, the deepest; then those that are not "
-            "decided, with what is less likely than not or may be ground that gave way; then the others, by their worst margin. Logs "
-            "that cannot be told apart by two standard deviations share a rank. "
+            (word!("The worst margin is the smallest overturning force (OTF) of any wheel or support as a share of its static load, ± two \
+                standard deviations: 0 when it is about to lift, 100 % at rest on level ground. It holds under the split of the load that \
+                the machine file states. By another split the margin is at most what stands beside it: 0 % where a wheel or support is off \
+                the ground however the load splits, while 100 % does not exclude that one lifted by another split. Logs in which the \
+                machine tipped over come first, then those in which it tipped about an edge and those in which a wheel or support lifted, \
+                the longest first, and where their times cannot be told apart, the deepest; then those that are not decided, with what is \
+                less likely than not or may be ground that gave way; then the others, by their worst margin. Logs that cannot be told \
+                apart by two standard deviations share a rank. "))
             @if ranked.len() > MOST_POSTURES {
-                "The posture is that of the first " (MOST_POSTURES) " logs; the data set has all. "
+                (say!("The posture is that of the first {MOST_POSTURES} logs; the data set has all. "))
             }
             @if listed < all {
-                "The page holds the first " (listed) " of " (all) " logs, and counts those of a machine among them; the data set has all ("
-                code { "tipwatch query" } "). "
+                (say!("The page holds the first {listed} of {all} logs, and counts those of a machine among them; the data set has all \
+                    (tipwatch query). "))
             }
         }
         div #explorer {
-            @if ranked.is_empty() { p { "No log could be analysed." } }
+            @if ranked.is_empty() { p { (word!("No log could be analysed.")) } }
             @else { (first_of(ranked)) }
         }
     };
@@ -168,16 +175,16 @@ pub(super) fn explorer(
 fn first_of(ranked: &[Ranked<'_>]) -> Markup {
     let rows: Vec<Vec<Markup>> = ranked.iter().take(SHOWN).map(row).collect();
     let head = [
-        "Rank",
-        "Machine",
-        "Log",
-        "Finding",
-        "Worst margin",
-        "At most by any split",
-        "Lifted",
-        "Computable time",
-        "Main cause of exposure",
-        "Day",
+        word!("Rank"),
+        word!("Machine"),
+        word!("Log"),
+        word!("Finding"),
+        word!("Worst margin"),
+        word!("At most by any split"),
+        word!("Lifted"),
+        word!("Computable time"),
+        word!("Main cause of exposure"),
+        word!("Day"),
     ];
     html! { div.ranking { (page::table(&head, &rows)) } }
 }
@@ -187,22 +194,25 @@ fn row(ranked: &Ranked<'_>) -> Vec<Markup> {
     let worst = log.facts.worst.as_ref();
     let rank = match ranked.rank {
         (first, last) if first == last => first.to_string(),
-        (first, last) => format!("{first} to {last}"),
+        (first, last) => say!("{first} to {last}"),
     };
     let contradicted = match contradicts_margin(log.facts, log.events) {
-        true => CONTRADICTED,
+        true => told(CONTRADICTED),
         false => "",
     };
     let margin = worst.map_or_else(
-        || "not computable".to_owned(),
+        || word!("not computable").to_owned(),
         |worst| match worst.sigma {
-            None => format!("{} (uncertainty not computable)", percent(worst.margin)),
+            None => say!("{} (uncertainty not computable)", percent(worst.margin)),
             Some(sigma) => format!("{} ± {}", percent(worst.margin), percent(2.0 * sigma)),
         },
     );
-    let group = Group::ALL[ranked.group as usize].1;
+    let group = told(Group::ALL[ranked.group as usize].1);
     let cause = main_cause(log).map_or_else(String::new, |cause| readable(EXPOSURE_CAUSES[cause]));
-    let any_split = log.facts.margin_any_split.map_or("unknown".into(), percent);
+    let any_split = log
+        .facts
+        .margin_any_split
+        .map_or(word!("unknown").into(), percent);
     vec![
         html! { (rank) },
         html! { (log.machine()) },
@@ -216,10 +226,10 @@ fn row(ranked: &Ranked<'_>) -> Vec<Markup> {
         html! { @if ranked.lifted_s > 0.0 { (page::time(ranked.lifted_s)) } },
         html! {
             (log.facts.coverage)
-            @if log.is_undecided { strong.holes { ": not decided" } }
+            @if log.is_undecided { strong.holes { (word!(": not decided")) } }
         },
         html! { (cause) },
-        html! { (log.record.date().map_or_else(|| "unknown".into(), |date| date.to_string())) },
+        html! { (log.record.date().map_or_else(|| word!("unknown").into(), |date| date.to_string())) },
     ]
 }
 
@@ -242,15 +252,18 @@ fn data<'a>(ranked: &[Ranked<'a>], failed: &[&'a Record], compared: &[Comparison
     let whole = |value: Option<f64>, scale: f64| value.map(|value| (value * scale).round() as i32);
     let mut data = Data {
         causes: EXPOSURE_CAUSES.map(readable).to_vec(),
-        groups: Group::ALL.map(|(_, name)| name).to_vec(),
-        contradicted: CONTRADICTED,
+        groups: Group::ALL.map(|(_, name)| told(name)).to_vec(),
+        contradicted: told(CONTRADICTED),
+        heads: heads(),
+        words: words(),
+        comma: !is_english(),
         kinds: EventKind::ALL
             .iter()
             .map(|&kind| SupportWord::OF_ANY_MACHINE.event(kind))
             .collect(),
         ..Data::default()
     };
-    data.groups.push("could not be analysed");
+    data.groups.push(word!("could not be analysed"));
     let mut identity =
         |data: &mut Data<'a>, record: &'a Record, group: u8, rank: (usize, usize)| {
             let (folder, name) = match record.path.rsplit_once('/') {
@@ -291,7 +304,7 @@ fn data<'a>(ranked: &[Ranked<'a>], failed: &[&'a Record], compared: &[Comparison
             .push(whole(worst.and_then(|worst| worst.sigma), 1e3));
         data.any.push(whole(facts.margin_any_split, 1e2));
         data.wheel
-            .push(worst.map(|worst| wheels.place(&worst.wheel.to_uppercase())));
+            .push(worst.map(|worst| wheels.place(&support_word(&worst.wheel))));
         data.lifted.push((log.lifted_s * 100.0).round() as i64);
         data.sure
             .push(whole(surest.as_ref().map(|(stated, _)| *stated), 1e4));
@@ -328,7 +341,7 @@ fn data<'a>(ranked: &[Ranked<'a>], failed: &[&'a Record], compared: &[Comparison
         );
         let reason = match &record.result {
             Outcome::Failed { kind, reason } => {
-                format!("{}: {reason}", readable(&kind.to_string()))
+                format!("{}: {reason}", kind.in_words())
             }
             Outcome::Analysed { .. } => String::new(),
         };
@@ -380,6 +393,75 @@ fn data<'a>(ranked: &[Ranked<'a>], failed: &[&'a Record], compared: &[Comparison
     data
 }
 
+/// Heads of the columns, in the order of the script.
+fn heads() -> Vec<&'static str> {
+    vec![
+        word!("Rank"),
+        word!("Machine"),
+        word!("Log"),
+        word!("Finding"),
+        word!("Worst margin"),
+        word!("At most by any split"),
+        word!("Wheel or support"),
+        word!("Lifted"),
+        word!("Certainty of the finding"),
+        word!("Computable"),
+        word!("Main cause"),
+        word!("Speed"),
+        word!("Tilt"),
+        word!("Posture"),
+        word!("Day"),
+        word!("Doubt or failure"),
+    ]
+}
+
+/// The texts of the script, by the names that it has for them.
+fn words() -> BTreeMap<&'static str, &'static str> {
+    BTreeMap::from([
+        ("unknown", word!("unknown")),
+        ("not_computable", word!("not computable")),
+        (
+            "no_uncertainty",
+            word!("{margin} (uncertainty not computable)"),
+        ),
+        ("undecided", word!(": not decided")),
+        ("range", word!("{first} to {last}")),
+        ("one_log", word!("1 log")),
+        ("logs", word!("{count} logs")),
+        ("shown", word!("{shown} of {all}")),
+        ("page", word!("page {page} of {pages}")),
+        ("all", word!("all")),
+        ("machine", word!("Machine")),
+        ("type", word!("Type")),
+        ("finding", word!("Finding")),
+        ("event", word!("Event")),
+        ("cause", word!("Cause")),
+        ("from", word!("From day")),
+        ("to", word!("To day")),
+        ("text", word!("Text")),
+        ("clear", word!("Clear")),
+        ("before", word!("‹ before")),
+        ("after", word!("next ›")),
+        (
+            "no_history",
+            word!("No log of this machine has both a margin and a date."),
+        ),
+        ("history", word!("Worst margin of each log over time")),
+        ("unknown_time", word!("an unknown time")),
+        ("at_least", word!("at least {time}")),
+        (
+            "card",
+            word!(
+                "{logs}, {computable} computable, {exposed} below the notice level, {lifted} with a wheel or support off the ground. {found}."
+            ),
+        ),
+        (
+            "left_out",
+            word!("These are its logs among the first {rows} of {all} that the page holds."),
+        ),
+    ])
+}
+
 /// The posture of a machine; `None` of results of older versions, which do not say what is an angle.
 fn posture(moment: &Moment, joints: &mut Names) -> Option<(u32, Vec<Option<i32>>)> {
     if moment.are_lengths.len() != moment.joints.len() {
@@ -405,8 +487,8 @@ fn posture(moment: &Moment, joints: &mut Names) -> Option<(u32, Vec<Option<i32>>
     ))
 }
 
-/// How sure the finding of a log is, of the surest if there are several, under the stated split, and in words. Of a log that is not
-/// decided it is the gravest that may have happened, by name.
+/// Returns the certainty of the finding of a log, of the surest if there are several, under the stated split, and in words. Of an
+/// undecided log the finding is the gravest event that may have happened, by name.
 fn surest_finding(log: &Ranked<'_>) -> Option<(f64, String)> {
     let events = log.log.events;
     let may_be = || {
@@ -424,18 +506,21 @@ fn surest_finding(log: &Ranked<'_>) -> Option<(f64, String)> {
     Some(match log.group {
         Group::Undecided => {
             let kind = SupportWord::OF_ANY_MACHINE.event(kind);
-            (stated, format!("perhaps {kind}: {told}"))
+            (stated, say!("perhaps {kind}: {told}"))
         }
         _ => (stated, told),
     })
 }
 
-/// How sure a finding is under the stated split of the load, and whether it is shown under every other one.
+/// Describes the certainty of a finding under the stated split of the load, and whether the finding holds under every other
+/// split.
 fn certainty(surest: f64, under_every_split: Option<f64>) -> String {
     let otherwise = match under_every_split {
-        None => "unknown under every split".into(),
-        Some(certainty) if certainty < LEAST_OF_A_FACT => "not shown under every split".into(),
-        Some(certainty) => format!("{} under every split", probability(certainty)),
+        None => word!("unknown under every split").into(),
+        Some(certainty) if certainty < LEAST_OF_A_FACT => {
+            word!("not shown under every split").into()
+        }
+        Some(certainty) => say!("{} under every split", probability(certainty)),
     };
     format!("{}, {otherwise}", probability(surest))
 }
@@ -443,6 +528,19 @@ fn certainty(surest: f64, under_every_split: Option<f64>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_script_has_its_texts() {
+        let ends = |c: char| !(c.is_alphanumeric() || c == '_');
+        let mut used: Vec<&str> = Vec::new();
+        for part in [SCRIPT.split("words."), SCRIPT.split("said('")] {
+            used.extend(part.skip(1).filter_map(|rest| rest.split(ends).next()));
+        }
+        used.sort_unstable();
+        used.dedup();
+        assert_eq!(used, words().into_keys().collect::<Vec<_>>());
+        assert_eq!(heads().len(), SCRIPT.matches("key: ").count());
+    }
 
     #[test]
     fn a_lift_is_never_told_surer_than_in_its_report() {

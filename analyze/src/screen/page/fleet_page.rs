@@ -1,13 +1,14 @@
 //! Assembles the page of a fleet from its sections.
 
 use maud::html;
+use tipwatch_language::{say, word};
 
 use super::explorer::explorer;
 use super::ranking::ranked;
 use super::seen::{Seen, by_machine};
 use super::{distributions, outliers, tables};
 use crate::page::svg::CHART_STYLE;
-use crate::page::{Document, count_of, section, time};
+use crate::page::{Document, logs, section, time};
 use crate::policy::Judgement;
 use crate::screen::merge::LogRow;
 use crate::screen::outliers::Comparison;
@@ -39,32 +40,40 @@ pub(in crate::screen) fn render(
     let failed: Vec<&Record> = records.filter(|record| record.is_failed()).collect();
     let (explored, program) = explorer(&ranked(&seen), &failed, compared);
     let sections = [
-        ("At a glance", Some(tables::glance(totals, &seen))),
-        ("Logs and machines", Some(explored)),
-        ("Policy", tables::policy(&seen, totals)),
-        ("Distributions", distributions::margins(&seen)),
-        ("Exposure by cause", Some(distributions::causes(&seen))),
-        ("Machines that stand out", outliers::section(compared)),
-        ("Events", tables::events(&seen)),
+        (word!("At a glance"), Some(tables::glance(totals, &seen))),
+        (word!("Logs and machines"), Some(explored)),
+        (word!("Policy"), tables::policy(&seen, totals)),
+        (word!("Distributions"), distributions::margins(&seen)),
         (
-            "Logs that could not be analysed",
+            word!("Exposure by cause"),
+            Some(distributions::causes(&seen)),
+        ),
+        (
+            word!("Machines that stand out"),
+            outliers::section(compared),
+        ),
+        (word!("Events"), tables::events(&seen)),
+        (
+            word!("Logs that could not be analysed"),
             Some(tables::failed(&failed)),
         ),
-        ("Logs with lost data", tables::losses(&seen)),
-        ("Method and provenance", Some(tables::method(&seen))),
+        (word!("Logs with lost data"), tables::losses(&seen)),
+        (word!("Method and provenance"), Some(tables::method(&seen))),
     ];
     let content = html! {
         @for (title, content) in sections {
             @if let Some(content) = content { (section(title, content)) }
         }
     };
-    let machines = by_machine(&seen).len();
+    let machines = match by_machine(&seen).len() {
+        1 => word!("1 machine").into(),
+        count => say!("{count} machines"),
+    };
     Document {
-        title: "How close the fleet came to tipping over",
-        subtitle: &format!(
-            "{} of {}, {}{}.",
-            count_of(totals.logs, "log"),
-            count_of(machines, "machine"),
+        title: word!("How close the fleet came to tipping over"),
+        subtitle: &say!(
+            "{} of {machines}, {}{}.",
+            logs(totals.logs),
             time(totals.duration_s),
             span(&seen)
         ),
@@ -74,12 +83,16 @@ pub(in crate::screen) fn render(
     .render_with(&content, Some(&program))
 }
 
-/// The first and the last day.
+/// The first and the last day, and how many logs have none.
 fn span(seen: &[Seen<'_>]) -> String {
-    let days = || seen.iter().filter_map(|log| log.record.date());
-    match (days().min(), days().max()) {
+    let days: Vec<_> = (seen.iter().filter_map(|log| log.record.date())).collect();
+    let span = match (days.iter().min(), days.iter().max()) {
         (Some(first), Some(last)) if first == last => format!(", {first}"),
-        (Some(first), Some(last)) => format!(", {first} to {last}"),
+        (Some(first), Some(last)) => say!(", {first} to {last}"),
         _ => String::new(),
+    };
+    match seen.len() - days.len() {
+        0 => span,
+        undated => span + &say!(" ({} without a date)", logs(undated)),
     }
 }

@@ -1,6 +1,7 @@
 //! Machines that stand out against their own history or their type, and what cannot be compared.
 
 use maud::{Markup, html};
+use tipwatch_language::{decimals, say, word};
 
 use crate::page::{percent, table};
 use crate::screen::outliers::{Against, Comparison, MOST_FALSE, Quantity, Verdict};
@@ -26,29 +27,30 @@ pub(super) fn section(comparisons: &[Comparison]) -> Option<Markup> {
     let reasons: Vec<Vec<String>> = unknown.iter().take(MOST_ROWS).map(|c| reason(c)).collect();
     Some(html! {
         p.hint {
-            "Worst margin, share of the computable time below the notice level, and share with a wheel or support off the ground, each machine "
-            "against itself (the medians of its days before and after the day on which they changed most; permutation test of the "
-            "largest CUSUM and Student's distribution) and against the other machines of its type (its median against at least 8 "
-            "others; median absolute deviation, and the uncertainty of its own margins). A machine is listed if the difference is at "
-            "least 5 % of the static load, 1 % of the time below the notice level or 0.1 % of the time lifted, and sure: of the "
-            "machines listed against themselves at most " (percent(MOST_FALSE)) " are expected to be there by chance (Benjamini and "
-            "Hochberg), of the others 0.5 %. That takes neighbouring days to resemble each other as they do before and after the "
-            "change, at least as much as in the fleet, and machines of one type to scatter about normally. It says that a difference is no chance, not what caused it: other work and other ground do the "
-            "same as a fault."
+            (say!("Worst margin, share of the computable time below the notice level, and share with a wheel or support off the ground, each \
+                machine against itself (the medians of its days before and after the day on which they changed most; permutation test of \
+                the largest CUSUM and Student's distribution) and against the other machines of its type (its median against at least 8 \
+                others; median absolute deviation, and the uncertainty of its own margins). A machine is listed if the difference is at \
+                least 5 % of the static load, 1 % of the time below the notice level or {} of the time lifted, and sure: of the \
+                machines listed against themselves at most {} are expected to be there by chance (Benjamini and Hochberg), of the others \
+                {}. That takes neighbouring days to resemble each other as they do before and after the change, at least as much as in \
+                the fleet, and machines of one type to scatter about normally. It says that a difference is no chance, not what caused \
+                it: other work and other ground do the same as a fault.", percent(0.001), percent(MOST_FALSE), percent(0.005)))
         }
         @if outliers.is_empty() {
             p {
-                @if inconspicuous == 0 { "No machine can be compared yet." }
-                @else { "No machine stands out in " (inconspicuous) " comparisons." }
+                @if inconspicuous == 0 { (word!("No machine can be compared yet.")) }
+                @else { (say!("No machine stands out in {inconspicuous} comparisons.")) }
             }
         } @else {
-            (table(&["Machine", "Compared with", "Quantity", "Here", "Usual", "Confidence", "From"], &rows))
-            p.hint { (inconspicuous) " other comparisons show nothing." }
+            (table(&[word!("Machine"), word!("Compared with"), word!("Quantity"), word!("Here"), word!("Usual"), word!("Confidence"),
+                word!("From")], &rows))
+            p.hint { (say!("{inconspicuous} other comparisons show nothing.")) }
         }
         @if !reasons.is_empty() {
             details {
-                summary { (unknown.len()) " comparisons that cannot be made" }
-                (table(&["Machine", "Compared with", "Quantity", "Why not"], &reasons))
+                summary { (say!("{} comparisons that cannot be made", unknown.len())) }
+                (table(&[word!("Machine"), word!("Compared with"), word!("Quantity"), word!("Why not")], &reasons))
             }
         }
     })
@@ -63,26 +65,26 @@ fn row(comparison: &Comparison) -> Vec<String> {
         usual_count,
         ..
     } = comparison;
-    let shown = |number: &Option<f64>| number.map_or("unknown".into(), percent);
+    let shown = |number: &Option<f64>| number.map_or(word!("unknown").into(), percent);
     let direction = match comparison.verdict {
-        Verdict::Outlier { is_worse: true } => "worse",
-        _ => "better",
+        Verdict::Outlier { is_worse: true } => word!("worse"),
+        _ => word!("better"),
     };
     let from = match comparison.against {
-        Against::History => format!(
+        Against::History => say!(
             "{usual_count} days before and {count} since {}",
             comparison
                 .since
                 .and_then(Day::date)
                 .as_deref()
-                .unwrap_or("then")
+                .unwrap_or(word!("then"))
         ),
-        Against::Type { .. } => format!("{count} logs, {usual_count} other machines"),
+        Against::Type { .. } => say!("{count} logs, {usual_count} other machines"),
     };
     // never "100 %": what is rounded is not certain
-    let confidence = confidence.map_or("unknown".into(), |c| match c > 0.999 {
-        true => "above 99.9 %".into(),
-        false => format!("{:.1} %", 100.0 * c),
+    let confidence = confidence.map_or(word!("unknown").into(), |c| match c > 0.999 {
+        true => word!("above 99.9 %").into(),
+        false => decimals(format!("{:.1} %", 100.0 * c)),
     });
     vec![
         comparison.machine.clone(),
@@ -101,7 +103,7 @@ pub(super) fn in_words(comparison: &Comparison) -> String {
     let [_, with, quantity, here, usual, confidence, from] = &cells[..] else {
         return cells.join(", ");
     };
-    format!(
+    say!(
         "Stands out against {with}: {quantity} {here}, usually {usual}; confidence {confidence}, {from}."
     )
 }
@@ -121,15 +123,19 @@ fn reason(comparison: &Comparison) -> Vec<String> {
 
 fn with(comparison: &Comparison) -> String {
     match &comparison.against {
-        Against::History => "its own history".into(),
-        Against::Type { machine_type } => format!("type {machine_type}"),
+        Against::History => word!("its own history").into(),
+        Against::Type { machine_type } => say!("type {machine_type}"),
     }
 }
 
 fn name(quantity: Quantity) -> &'static str {
     match quantity {
-        Quantity::WorstMargin => "worst margin (median)",
-        Quantity::ExposedShare => "time below the notice level (median share)",
-        Quantity::LiftedShare => "time with a wheel or support off the ground (median share)",
+        Quantity::WorstMargin => word!("worst margin (median)"),
+        Quantity::ExposedShare => {
+            word!("time below the notice level (median share)")
+        }
+        Quantity::LiftedShare => {
+            word!("time with a wheel or support off the ground (median share)")
+        }
     }
 }

@@ -1,11 +1,13 @@
 //! The order of the logs: how close each machine came to tipping over, as far as the data tell.
 
+use tipwatch_language::message;
+
 use super::seen::Seen;
 use crate::events::EventKind;
 use crate::screen::data_set::{contradicts_margin, lifted};
 
-/// What a log is ranked by first. What happened comes first, the worst before the rest; then what nobody knows, then what is
-/// harmless.
+/// Group of a log, by which logs are ranked first. Events come first, the worst before the rest; then undecided logs, then
+/// harmless ones.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Group {
@@ -21,12 +23,13 @@ pub(super) enum Group {
 }
 
 impl Group {
+    /// With their names, which are told in the language of the process.
     pub(super) const ALL: [(Self, &'static str); 5] = [
-        (Self::TipOver, "tipped over"),
-        (Self::EdgeTipping, "tipped about an edge"),
-        (Self::WheelLift, "a wheel or support lifted"),
-        (Self::Undecided, "not decided"),
-        (Self::NoLift, "no lift by the stated split"),
+        (Self::TipOver, message!("tipped over")),
+        (Self::EdgeTipping, message!("tipped about an edge")),
+        (Self::WheelLift, message!("a wheel or support lifted")),
+        (Self::Undecided, message!("not decided")),
+        (Self::NoLift, message!("no lift by the stated split")),
     ];
 
     /// The event that a log is in the group for.
@@ -72,7 +75,7 @@ pub(super) struct Ranked<'a> {
     pub(super) rank: (usize, usize),
 }
 
-/// What logs are ordered by: a value, the smallest first, and its standard deviation, 0 if unknown.
+/// Key by which logs are ordered: a value, the smallest first, and its standard deviation, 0 if unknown.
 type Key = fn(&Ranked<'_>) -> (f64, f64);
 
 /// One after the other.

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use maud::{Markup, html};
+use tipwatch_language::{say, word};
 
 use crate::page::time;
 use crate::policy::Judgement;
@@ -23,7 +24,7 @@ pub(super) struct Seen<'a> {
 impl Seen<'_> {
     pub(super) fn machine(&self) -> &str {
         let machine = self.record.machine.as_ref();
-        machine.map_or("unknown", |machine| &machine.name)
+        machine.map_or(word!("unknown"), |machine| &machine.name)
     }
 }
 
@@ -34,11 +35,11 @@ pub(super) fn exposed_s(seen: &[Seen<'_>]) -> Option<(f64, bool)> {
     Some((sum, exposed().any(|seconds| seconds.is_none())))
 }
 
-/// The same in words.
+/// Describes the time below the notice level.
 pub(super) fn exposed(seen: &[Seen<'_>]) -> String {
     match exposed_s(seen) {
-        None => "unknown".into(),
-        Some((seconds, true)) => format!("at least {}", time(seconds)),
+        None => word!("unknown").into(),
+        Some((seconds, true)) => say!("at least {}", time(seconds)),
         Some((seconds, false)) => time(seconds),
     }
 }
@@ -68,7 +69,7 @@ pub(super) fn listed_machines<'a>(seen: &[Seen<'a>]) -> (Vec<(String, Vec<Seen<'
     let note = html! {
         @if all > MOST_MACHINES {
             p.hint {
-                (MOST_MACHINES) " of " (all) " machines, those with the longest time below the notice level."
+                (say!("{MOST_MACHINES} of {all} machines, those with the longest time below the notice level."))
             }
         }
     };

@@ -3,13 +3,14 @@
 use std::collections::BTreeMap;
 
 use maud::{Markup, html};
+use tipwatch_language::{say, word};
 
 use super::super::record::{Outcome, Record};
 use super::super::totals::Totals;
 use super::seen::{Seen, exposed, listed_machines, log_link};
 use crate::events::EventKind;
 use crate::events::support_words::SupportWord;
-use crate::page::{count_of, facts, list, table, time};
+use crate::page::{facts, list, logs as in_logs, table, time};
 
 /// Most logs that a table lists; the data set has all.
 const MOST_LOGS: usize = 200;
@@ -26,20 +27,23 @@ pub(super) fn glance(totals: &Totals, seen: &[Seen<'_>]) -> Markup {
     let covered: f64 = seen.iter().map(|log| log.facts.coverage.covered_s).sum();
     let mut rows = vec![
         (
-            "Logs analysed".to_string(),
-            format!("{} of {}", totals.analysed, totals.logs),
+            word!("Logs analysed").to_string(),
+            say!("{} of {}", totals.analysed, totals.logs),
         ),
         (
-            "Logs that could not be analysed".into(),
+            word!("Logs that could not be analysed").into(),
             totals.failed.to_string(),
         ),
         (
-            "Logs with too little computable time to decide".into(),
+            word!("Logs with too little computable time to decide").into(),
             totals.undecided.to_string(),
         ),
-        ("Logs with lost data".into(), totals.with_losses.to_string()),
         (
-            "Logs with findings".into(),
+            word!("Logs with lost data").into(),
+            totals.with_losses.to_string(),
+        ),
+        (
+            word!("Logs with findings").into(),
             totals.with_findings.to_string(),
         ),
     ];
@@ -48,24 +52,24 @@ pub(super) fn glance(totals: &Totals, seen: &[Seen<'_>]) -> Markup {
         .filter(|kind| kind.is_stability())
         .rev();
     rows.extend(kinds.map(|&kind| {
-        let name = format!("Logs with {}", SupportWord::OF_ANY_MACHINE.event(kind));
+        let name = say!("Logs with {}", SupportWord::OF_ANY_MACHINE.event(kind));
         (name, with(kind).to_string())
     }));
     rows.push((
-        "Computable time".into(),
-        format!("{} of {}", time(computable), time(covered)),
+        word!("Computable time").into(),
+        say!("{} of {}", time(computable), time(covered)),
     ));
-    let duration = format!("{} of {}", exposed(seen), time(computable));
-    rows.push(("Time below the notice level".into(), duration));
+    let duration = say!("{} of {}", exposed(seen), time(computable));
+    rows.push((word!("Time below the notice level").into(), duration));
     if seen.iter().any(|log| log.judgement.is_some()) {
         rows.push((
-            "Logs that violate the policy".into(),
+            word!("Logs that violate the policy").into(),
             totals.breaking_policy.to_string(),
         ));
     }
     if totals.copies > 0 {
-        let copies = format!("{} (counted once)", totals.copies);
-        rows.push(("Copies of another log".into(), copies));
+        let copies = say!("{} (counted once)", totals.copies);
+        rows.push((word!("Copies of another log").into(), copies));
     }
     facts(&rows)
 }
@@ -86,18 +90,19 @@ pub(super) fn policy(seen: &[Seen<'_>], totals: &Totals) -> Option<Markup> {
     let failed = totals.failed_unaccepted;
     Some(html! {
         p {
-            "Policy " (name) ": " (broken.len()) " of " (judged) " analysed logs violate it, and "
-            (count_of(failed, "log")) " that could not be analysed." (rest(broken.len()))
+            (say!("Policy {name}: {} of {judged} analysed logs violate it, and {} that could not be analysed.",
+                broken.len(), in_logs(failed)))
+            (rest(broken.len()))
         }
         @if !broken.is_empty() {
-            (table(&["Log", "Machine", "Violated rules"], &listed.collect::<Vec<_>>()))
+            (table(&[word!("Log"), word!("Machine"), word!("Violated rules")], &listed.collect::<Vec<_>>()))
         }
     })
 }
 
 fn rest(count: usize) -> String {
     match count > MOST_LOGS {
-        true => format!(" The first {MOST_LOGS} are listed."),
+        true => say!(" The first {MOST_LOGS} are listed."),
         false => String::new(),
     }
 }
@@ -125,7 +130,7 @@ pub(super) fn events(seen: &[Seen<'_>]) -> Option<Markup> {
     let (machines, note) = listed_machines(seen);
     let rows: Vec<_> = machines.into_iter().map(row).collect();
     let names = (kinds.iter()).map(|&kind| SupportWord::OF_ANY_MACHINE.event(kind));
-    let head = ["Machine", "Logs", "Computable time"]
+    let head = [word!("Machine"), word!("Logs"), word!("Computable time")]
         .map(String::from)
         .into_iter()
         .chain(names);
@@ -135,7 +140,7 @@ pub(super) fn events(seen: &[Seen<'_>]) -> Option<Markup> {
 /// Logs that failed, grouped by reason, then one by one.
 pub(super) fn failed(failed: &[&Record]) -> Markup {
     if failed.is_empty() {
-        return html! { p { "None." } };
+        return html! { p { (word!("None.")) } };
     }
     let mut by_reason: BTreeMap<String, usize> = BTreeMap::new();
     for record in failed {
@@ -152,9 +157,9 @@ pub(super) fn failed(failed: &[&Record]) -> Markup {
         .map(|record| vec![record.path.clone(), reason(record)])
         .collect();
     html! {
-        (table(&["Logs", "Reason"], &reasons))
-        p.hint { (count_of(failed.len(), "log")) "." (rest(failed.len())) }
-        (table(&["Log", "Reason"], &logs))
+        (table(&[word!("Logs"), word!("Reason")], &reasons))
+        p.hint { (in_logs(failed.len())) "." (rest(failed.len())) }
+        (table(&[word!("Log"), word!("Reason")], &logs))
     }
 }
 
@@ -173,21 +178,21 @@ pub(super) fn losses(seen: &[Seen<'_>]) -> Option<Markup> {
         let facts = log.facts;
         vec![
             log_link(log.record),
-            html! { (facts.lost_ranges) " (" (facts.lost_bytes) " bytes)" },
-            html! { @match facts.missing_messages { Some(count) => (count), None => "unknown" } },
+            html! { (say!("{} ({} bytes)", facts.lost_ranges, facts.lost_bytes)) },
+            html! { @match facts.missing_messages { Some(count) => (count), None => (word!("unknown")) } },
             html! { (facts.undecodable_messages) },
         ]
     });
     let rows: Vec<_> = rows.collect();
     let head = [
-        "Log",
-        "Lost ranges",
-        "Missing messages",
-        "Undecodable messages",
+        word!("Log"),
+        word!("Lost ranges"),
+        word!("Missing messages"),
+        word!("Undecodable messages"),
     ];
     (!lost.is_empty()).then(|| {
         html! {
-            p.hint { (count_of(lost.len(), "log")) "." (rest(lost.len())) }
+            p.hint { (in_logs(lost.len())) "." (rest(lost.len())) }
             (table(&head, &rows))
         }
     })
@@ -202,10 +207,14 @@ pub(super) fn method(seen: &[Seen<'_>]) -> Markup {
             let key = (machine.name.clone(), machine.sha256.clone());
             *machines.entry(key).or_default() += 1;
         }
-        let analysis = record.analysis_version.as_deref().unwrap_or("unknown");
-        let version = format!(
+        let analysis = record
+            .analysis_version
+            .as_deref()
+            .unwrap_or(word!("unknown"));
+        let version = say!(
             "tipwatch {}, model {}, analysis version {analysis}",
-            &*record.tipwatch_version, &*record.model
+            &*record.tipwatch_version,
+            &*record.model
         );
         *versions.entry(version).or_default() += 1;
     }
@@ -216,14 +225,15 @@ pub(super) fn method(seen: &[Seen<'_>]) -> Markup {
         .collect();
     html! {
         p {
-            "The loads of wheels and other supports are computed from logged sensor signals. The margin is the minimum over them of "
-            "OTF / static load. A single wheel or support off the ground is a real event; the machine overturns about an edge of "
-            "the support polygon. Standard deviations come from the uncertainties stated in the machine file and from the noise of "
-            "the signals. The day of a log is that of its first stamp, in UTC."
+            (word!("The loads of wheels and other supports are computed from logged sensor signals. The margin is the minimum over them of \
+                OTF / static load. A single wheel or support off the ground is a real event; the machine overturns about an edge of \
+                the support polygon. Standard deviations come from the uncertainties stated in the machine file and from the noise of \
+                the signals. The day of a log is that of its first row, in UTC, by the recorder's \
+                clock where its stamps count from zero."))
         }
-        p { "All numbers are in the data set beside this page, in logs/, events/ and comparisons/." }
-        (list(versions.iter().map(|(version, logs)| format!("{}: {version}", count_of(*logs, "log")))))
-        @if of_all > rows.len() { p.hint { "The first " (rows.len()) " of " (of_all) " machine files; the data set has all." } }
-        (table(&["Machine", "SHA-256 of its machine file", "Logs"], &rows))
+        p { (word!("All numbers are in the data set beside this page, in logs/, events/ and comparisons/.")) }
+        (list(versions.iter().map(|(version, logs)| format!("{version}: {}", in_logs(*logs)))))
+        @if of_all > rows.len() { p.hint { (say!("The first {} of {of_all} machine files; the data set has all.", rows.len())) } }
+        (table(&[word!("Machine"), word!("SHA-256 of its machine file"), word!("Logs")], &rows))
     }
 }

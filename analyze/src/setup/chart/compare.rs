@@ -27,7 +27,7 @@ pub struct SheetPoint {
 /// A point of a maker's chart beside the computed one.
 #[derive(Debug, Clone)]
 pub struct Compared {
-    /// What the sheet states.
+    /// Point on the sheet.
     pub sheet: SheetPoint,
     /// The computed posture; `None` where the load does not get to that place.
     pub point: Option<ChartPoint>,
@@ -120,7 +120,7 @@ pub fn sheet_points(chart: &Chart, text: &str, name: &str) -> Result<Vec<SheetPo
     Ok(points)
 }
 
-/// What a column states.
+/// Content of a column.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Column {
     Load,
@@ -151,7 +151,7 @@ impl Column {
     }
 }
 
-/// Computes the posture of each point and what the machine carries there.
+/// Computes the posture of each point and the load that the machine carries there.
 ///
 /// # Errors
 /// A point states too little to find its posture.

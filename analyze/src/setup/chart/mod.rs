@@ -1,4 +1,4 @@
-//! The load chart of a machine: what it carries at which reach, and how that compares with a maker's chart.
+//! The load chart of a machine: the load that it carries at each reach, and the comparison with a maker's chart.
 
 mod compare;
 mod picture;

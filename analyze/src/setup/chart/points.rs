@@ -1,4 +1,4 @@
-//! The points of a chart: what the machine carries in each posture.
+//! The points of a chart: the load that the machine carries in each posture.
 
 use anyhow::{Result, bail};
 use rayon::prelude::*;
@@ -14,24 +14,24 @@ const DEFAULT_LIMIT_SHARE: f64 = 0.05;
 /// A load chart.
 #[derive(Debug)]
 pub struct Chart {
-    /// The machine as it stands.
+    /// The machine on the supports of the chart.
     pub machine: Machine,
     /// Name of the link that carries the load.
     pub link: String,
     /// The joints that are swept.
     pub sweeps: Vec<Sweep>,
-    /// In the order of the sweeps, the last one fastest. A posture that cannot be computed is left out.
+    /// Postures in the order of the sweeps, the last one fastest. A posture that cannot be computed is left out.
     pub points: Vec<ChartPoint>,
     /// Postures left out: a linkage cannot close.
     pub left_out: usize,
-    /// What the chart states of the tipping load.
+    /// Share of the tipping load that the chart states.
     pub share: f64,
     /// The limit of each wheel (N); `None` where static loads are unknown.
     pub limits_n: Option<Vec<f64>>,
     pub(super) placing: Placing,
 }
 
-/// How a posture is placed and loaded.
+/// Way of placing and loading a posture.
 #[derive(Debug, Clone)]
 pub(super) struct Placing {
     /// Joint positions of the other joints (rad or m).
@@ -43,7 +43,7 @@ pub(super) struct Placing {
     payloads_kg: Vec<f64>,
 }
 
-/// From where reach counts.
+/// Origin of the reach.
 #[derive(Debug, Clone, Copy)]
 enum Origin {
     /// Forward of this place of the base frame (m).
@@ -65,7 +65,7 @@ pub struct ChartPoint {
     pub tipping: Option<Carried>,
     /// Load with which a wheel falls to its limit; `None` if no load does that, or the limit is unknown.
     pub limit: Option<Carried>,
-    /// With each of the loads that were asked for.
+    /// Worst wheel with each of the requested loads.
     pub payloads: Vec<PayloadLoads>,
 }
 
@@ -223,7 +223,7 @@ fn joint(machine: &Machine, name: &str) -> Result<usize> {
     Ok(found)
 }
 
-/// Where the load is, and the name of its link.
+/// Returns the position of the load, and the name of its link.
 fn load_place(machine: &Machine, link: Option<&str>) -> Result<(LoadOnTool, String)> {
     let Some(name) = link else {
         let Some(load) = machine.load_on_tool() else {

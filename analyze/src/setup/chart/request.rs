@@ -1,4 +1,4 @@
-//! What a chart is asked of: the joints that are swept, on which supports, and from where reach counts.
+//! Request for a chart: the joints that are swept, on which supports, and from where reach counts.
 
 use std::str::FromStr;
 
@@ -12,22 +12,31 @@ const MOST_POSITIONS: usize = 1000;
 /// Most postures of a chart.
 pub(super) const MOST_POSTURES: usize = 100_000;
 
-/// What a chart is made of.
-#[derive(Debug, Clone, Default)]
+/// Request for a chart.
+#[derive(Debug, Clone, clap::Args)]
 pub struct Request {
-    /// The joints that are swept; empty for all joints of the arm that have limits.
+    /// Positions of a joint: JOINT=FROM:TO:NUMBER in rad or m, or in degrees, such as lift=-20deg:65deg:9; repeat it for
+    /// other joints. Without it, every joint of the arm goes from limit to limit. A joint that is not swept stays as in the
+    /// reference posture.
+    #[arg(long = "sweep", value_name = "JOINT=FROM:TO:NUMBER")]
     pub sweeps: Vec<Sweep>,
-    /// Supports by name; empty for those that the machine works on.
+    /// What the machine stands on: wheels, outriggers, or names of supports. Without it, its outriggers if it has some.
+    #[arg(long, value_name = "SUPPORT", value_delimiter = ',')]
     pub on: Vec<String>,
-    /// From where reach counts.
+    /// From where reach counts: tyres (the front of the front tyres), base (the origin of the base frame), or a joint's axis.
+    #[arg(long, value_name = "PLACE", default_value = "tyres")]
     pub reach_from: ReachFrom,
-    /// The link that carries the load; `None` for the tool.
+    /// The link on which the load hangs; without it, the tool.
+    #[arg(long)]
     pub link: Option<String>,
-    /// Loads whose effect on the wheels is told (kg).
+    /// Loads (kg) whose worst wheel is shown.
+    #[arg(long = "payload", value_name = "KG", value_delimiter = ',')]
     pub payloads_kg: Vec<f64>,
-    /// The wheel limit as a share of the static loads; `None` for that of the machine file.
+    /// Limit of a wheel as a share of its static load; without it, min_load or min_load_share of the machine file.
+    #[arg(long, value_name = "SHARE")]
     pub limit_share: Option<f64>,
-    /// What a chart states of the tipping load: 1, or 0.66 or 0.75 for a maker's.
+    /// What the chart states of the tipping load: makers state a share, such as 0.75.
+    #[arg(long, value_name = "SHARE", default_value_t = 1.0)]
     pub share: f64,
 }
 
@@ -40,11 +49,10 @@ pub struct Sweep {
     pub positions: Vec<f64>,
 }
 
-/// From where reach counts.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+/// Origin of the reach.
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ReachFrom {
     /// The front of the front tyres, as the sheets of telehandlers and loaders have it.
-    #[default]
     Tyres,
     /// The origin of the base frame.
     Base,
@@ -65,7 +73,7 @@ impl FromStr for ReachFrom {
 }
 
 impl Sweep {
-    /// From one position to another.
+    /// Returns a sweep of a joint over `number` evenly spaced positions.
     fn even(joint: &str, [from, to]: [f64; 2], number: usize) -> Self {
         let step = |k: usize| match number {
             1 => from,

@@ -16,7 +16,8 @@ use crate::analysis::posture_in_log;
 use crate::base::number::known;
 use crate::setup::identify::{AgreementRow, weighings};
 
-/// A wider range between limits tells nothing: a turn, with room for a rounded pi (rad), and the slide of a long boom (m).
+/// Widest ranges between limits that say something about a joint: a turn, with room for a rounded pi (rad), and the slide of a
+/// long boom (m).
 const WIDEST_TURN: f64 = 1.01 * std::f64::consts::TAU;
 const WIDEST_SLIDE: f64 = 2.0;
 /// A silence (s) that a joint of a heavy machine does not need for its whole range.

@@ -32,18 +32,19 @@ pub struct MachineCheck {
     pub(super) imu_mounting: String,
     /// Comparison with `[weighed]` of the machine file.
     pub(super) weighed: Option<Weighed>,
-    /// The same in the postures of `[[weighed.postures]]`.
+    /// Comparison with the postures of `[[weighed.postures]]`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) weighings: Vec<Weighed>,
     /// The weighings against each other, whatever the machine weighs; null if no reading is redundant.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) agreement: Option<AgreementRow>,
     pub(super) notes: Vec<String>,
-    /// What the log shows of signs, axes, order, scale and mounting of the sensors; null without a log.
+    /// Evidence of the log on signs, axes, order, scale and mounting of the sensors; null without a log.
     pub(super) commissioning: Option<Commissioned>,
 }
 
-/// What a log shows of the sensors. The time is in the file of the commissioning only, so that the same log gives the same bytes.
+/// Evidence of a log on its sensors. The time is in the file of the commissioning only, so that the same log gives the same
+/// bytes.
 #[derive(Debug, Serialize)]
 pub(super) struct Commissioned {
     pub(super) items: Vec<CommissioningItem>,
@@ -55,7 +56,7 @@ pub(super) struct Commissioned {
 pub(super) struct PartMass {
     pub(super) part: &'static str,
     pub(super) mass_kg: f64,
-    /// In base axes; null without mass.
+    /// Centre of mass in base axes (m); null without mass.
     pub(super) centre_of_mass_m: Option<[f64; 3]>,
 }
 
@@ -77,7 +78,7 @@ pub(super) struct Posture {
 #[derive(Debug, Serialize)]
 pub(super) struct JointPosition {
     pub(super) joint: String,
-    /// In radians, or metres for a sliding joint.
+    /// Position in radians, or metres for a sliding joint.
     pub(super) position: Option<f64>,
 }
 
@@ -122,7 +123,7 @@ pub(super) struct Reading {
     pub(super) model_sigma_n: Option<f64>,
     /// Model minus weighed load.
     pub(super) difference_n: Option<f64>,
-    /// As a percentage of the weighed load.
+    /// Difference as a percentage of the weighed load.
     pub(super) difference_percent: Option<f64>,
     /// The difference divided by the combined standard deviation of model and scale.
     pub(super) sigmas: Option<f64>,
@@ -130,7 +131,7 @@ pub(super) struct Reading {
     pub(super) is_within: Option<bool>,
 }
 
-/// From so many standard deviations on, a weighing contradicts the machine.
+/// Standard deviations from which on a weighing contradicts the machine.
 const CONTRADICTS_SIGMAS: f64 = 3.0;
 
 impl MachineCheck {
@@ -152,7 +153,7 @@ impl MachineCheck {
         (self.agreement.as_ref()).is_some_and(|agreement| agreement.contradict_each_other)
     }
 
-    /// The same with the result of a commissioning, and a note on its motion.
+    /// Adds the result of a commissioning, and a note on its motion.
     #[must_use]
     pub fn with_commissioning(mut self, result: &Commissioning, note: Option<String>) -> Self {
         self.notes.extend(note);

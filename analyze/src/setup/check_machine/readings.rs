@@ -99,7 +99,7 @@ fn in_posture(
 struct Scene<'a> {
     machine: &'a Machine,
     standing: &'a RestingMachine,
-    /// The same with less and with more slope, along both axes; empty where the slope is known.
+    /// Machine at rest with less and with more slope, along both axes; empty where the slope is known.
     tilts: &'a [[RestingMachine; 2]],
     slope_sigma: f64,
 }

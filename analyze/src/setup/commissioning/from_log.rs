@@ -15,12 +15,12 @@ use crate::load::load;
 /// Limits so many times as wide as the motion that has proven a joint leave room for wrong positions.
 const WIDER: f64 = 2.0;
 
-/// What a log shows, for people and as a file.
+/// Evidence of a log, for people and as a file.
 #[derive(Debug)]
 pub struct LogCommissioning {
     /// The answers.
     pub assessment: Assessment,
-    /// The same as a file.
+    /// The answers as a file.
     pub file: Commissioning,
     /// Whether parts of the log were lost.
     pub has_losses: bool,

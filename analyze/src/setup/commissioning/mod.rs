@@ -1,4 +1,4 @@
-//! Commissioning from a log: what it shows of signs, axes, order, scale and mounting of the sensors.
+//! Commissioning from a log: its evidence on signs, axes, order, scale and mounting of the sensors.
 
 mod from_log;
 

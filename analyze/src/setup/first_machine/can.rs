@@ -23,7 +23,7 @@ const ACCELERATIONS: [&str; 3] = [
 ];
 const ANGULAR_RATE: u32 = 61482;
 const RATES: [&str; 3] = ["roll_rate", "pitch_rate", "yaw_rate"];
-/// The public parameter groups of wheel speeds, the best first, with what their speed is.
+/// The public parameter groups of wheel speeds, the best first, each with its signal and the meaning of the speed.
 const SPEEDS: [(u32, &str, &str); 3] = [
     (65265, "wheel_based_vehicle_speed", "Speed by the wheels"),
     (65215, "front_axle_speed", "Speed of the front axle"),
@@ -89,7 +89,7 @@ struct CanMessage {
     name: String,
     /// `pgn = 61485, source = 33`, or `dbc = "crane.dbc", message = "Joint_lift"`, after the bus if there are several.
     keys: String,
-    /// The public parameter group that describes it; `None` if a DBC file does.
+    /// Public parameter group of the message; `None` if a DBC file describes it.
     group: Option<u32>,
     source: Option<u8>,
     signals: Vec<KnownSignal>,
@@ -107,7 +107,7 @@ pub(super) struct Candidate {
 }
 
 impl Candidate {
-    /// Whether it shows a motion (rad or m).
+    /// Whether the signal shows a motion (rad or m).
     pub(super) fn moves(&self) -> bool {
         self.span[1] - self.span[0] >= LEAST_MOTION
     }
@@ -115,7 +115,7 @@ impl Candidate {
 
 /// A signal of a bus as the field of a topic.
 pub(super) struct CanField<'a> {
-    /// The keys that name it.
+    /// Keys of the machine file that name the signal.
     pub(super) source: String,
     pub(super) signal: &'a KnownSignal,
 }
@@ -334,7 +334,7 @@ impl CanMessages {
         }
     }
 
-    /// What may be the mass of the load: the cargo of the public group, and masses of DBC files by their names.
+    /// Returns the candidates for the mass of the load: the cargo of the public group, and masses of DBC files by their names.
     fn loads(&self) -> Vec<Candidate> {
         let of_group = self
             .of_group(VEHICLE_WEIGHT, &[CARGO])
@@ -368,7 +368,7 @@ impl CanMessage {
     }
 }
 
-/// A description of an identifier, and what it reads.
+/// A description of an identifier, and the message that it decodes.
 struct Of<'a> {
     file: Option<&'a Path>,
     message: Message,

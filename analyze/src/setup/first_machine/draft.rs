@@ -11,7 +11,7 @@ use super::signals::Topics;
 use super::urdf::Urdf;
 use super::write_options::WriteOptions;
 
-/// A first machine file that is not written yet: what was guessed, and what a person stated.
+/// A first machine file that is not written yet: the guesses, and the statements of a person.
 pub struct Draft {
     pub(super) log: Log,
     pub(super) urdf: Option<Urdf>,
@@ -26,14 +26,14 @@ pub struct Draft {
     pub(super) out: PathBuf,
 }
 
-/// What a person stated that replaces no guess.
+/// Statements of a person that replace no guess.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Stated {
     /// Joints that carry no torque.
     pub(super) free_joints: Vec<String>,
     /// Links other than wheels on which the machine stood.
     pub(super) supports: Vec<String>,
-    /// Wheels that were off the ground for them.
+    /// Wheels that were off the ground on these supports.
     pub(super) raised: Vec<String>,
     /// Vertical stiffness of each tyre on flat ground (N/m).
     pub(super) tyre_stiffness: Option<f64>,

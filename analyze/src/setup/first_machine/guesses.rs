@@ -23,13 +23,13 @@ pub(super) struct Guesses {
     pub(super) joints: Vec<JointGuess>,
     /// Moving joints without a known position.
     pub(super) unknown: Vec<String>,
-    /// The signals that may be the position of one of those, by unit and motion.
+    /// Signals that may be the position of an unknown joint, by unit and motion.
     pub(super) candidates: BTreeMap<String, Vec<Candidate>>,
-    /// Those that are held still on request, and the joints of cylinders that drive a measured joint.
+    /// Joints that are held still on request, and the joints of cylinders that drive a measured joint.
     pub(super) frozen: Vec<String>,
-    /// Cylinders of measured joints that are held still: what their eyes would free.
+    /// Cylinders of measured joints that are held still: their joints become free once their eyes are known.
     pub(super) held: Vec<LinkageGuess>,
-    /// What a person answered for the position of a frozen joint.
+    /// Answers of a person for the positions of frozen joints, by joint.
     pub(super) stated: BTreeMap<String, StatedPosition>,
     pub(super) arm: Option<arm::Guess>,
     pub(super) tool: Option<arm::Guess>,
@@ -127,7 +127,7 @@ impl Guesses {
         self.held.extend(idle);
     }
 
-    /// Leaves to the sheet what it states: joints that it holds still, and its cylinders, whose rods follow their pivots.
+    /// Leaves to the sheet the joints that it holds still, and its cylinders, whose rods follow their pivots.
     pub(super) fn leave_to_sheet(&mut self, constant: &[String]) {
         let pivots_unknown: Vec<&LinkageGuess> = (self.linkages.iter())
             .filter(|linkage| self.unknown.contains(&linkage.pivot))
@@ -205,7 +205,7 @@ impl Guesses {
         [carried, carried / total]
     }
 
-    /// Where a joint is held still: at zero, or at its limit next to zero (rad or m).
+    /// Returns the position at which a joint is held still: zero, or its limit next to zero (rad or m).
     pub(super) fn rest(&self, joint: &str) -> f64 {
         let mut joints = self
             .outline
@@ -220,7 +220,7 @@ impl Guesses {
 /// The position of a joint that no joint states have, as a person states it.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum StatedPosition {
-    /// It never moves (rad or m).
+    /// A fixed position (rad or m).
     Constant(f64),
     /// The table of a signal.
     Signal(String),
@@ -265,7 +265,7 @@ fn fitting(outline: &Outline, joint: &str, topics: &Topics) -> Vec<Candidate> {
     rest
 }
 
-/// Signals of the same name are told apart by their messages.
+/// Distinguishes signals of the same name by their messages.
 fn name_apart(candidates: &mut [Candidate]) {
     let signals: Vec<String> = candidates.iter().map(|it| it.signal.clone()).collect();
     for it in candidates {

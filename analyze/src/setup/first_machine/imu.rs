@@ -149,7 +149,7 @@ fn by_name(text: &mut Text, link: &str, frame: Option<&str>) {
     text.line(&format!("[imu]\nlink = {}", quoted(link)));
 }
 
-/// Why the frame of the messages does not help.
+/// Describes why the frame of the messages does not give the mounting.
 fn unknown_frame(frame: Option<&str>) -> String {
     match frame {
         Some(frame) => {

@@ -60,11 +60,11 @@ pub(super) struct JointGuess {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct GuessedField {
     key: &'static str,
-    /// The keys that name it, such as `topic = "/arm", field = "lift_deg"`.
+    /// Keys of the machine file that name the number, such as `topic = "/arm", field = "lift_deg"`.
     pub(super) source: String,
     /// Factor from the number to SI units.
     pub(super) scale: f64,
-    /// What is added then (rad or m, of a position).
+    /// Constant added to the scaled number (rad or m, of a position).
     pub(super) offset: f64,
 }
 
@@ -82,8 +82,8 @@ impl GuessedField {
 }
 
 impl JointGuess {
-    /// The same with another factor and offset of its position, as a person states them. Its velocity is in the same unit and
-    /// has the same sign.
+    /// Replaces factor and offset of the position by those that a person states. The velocity is in the same unit and has the
+    /// same sign.
     pub(super) fn confirm(&mut self, scale: f64, offset: f64) {
         let before = self.fields.first().map_or(1.0, |position| position.scale);
         for field in &mut self.fields {
@@ -111,7 +111,7 @@ pub(super) fn find(
     in_joint_states(&joint.name, states).or_else(|| in_fields(joint, others, topics, can))
 }
 
-/// Whether a name has every word of a joint; a name that only says what it measures, with the name of its message.
+/// Whether a name has every word of a joint; a name that only says what it measures counts with the name of its message.
 pub(super) fn is_named(joint: &str, message: &str, name: &str) -> bool {
     let own = own_words(joint);
     let mut found = own_words(name);
@@ -129,7 +129,7 @@ pub(super) fn is_named(joint: &str, message: &str, name: &str) -> bool {
     !own.is_empty() && own.iter().all(|word| found.contains(word))
 }
 
-/// Whether a way of a signal is one that a joint can go (rad or m): zero and sign may differ.
+/// Whether a joint can make the motion of a signal (rad or m) within its limits: zero and sign may differ.
 pub(super) fn can_go(joint: &OutlineJoint, [least, most]: [f64; 2]) -> bool {
     let limits = joint.limits;
     limits.is_none_or(|[low, high]| most - least <= ROUNDING * (high - low))
@@ -230,7 +230,7 @@ fn in_fields(
     })
 }
 
-/// What a field of a joint is called, and which numbers it can have.
+/// Search for a field of a joint: its possible names, and the numbers it can have.
 struct Sought<'a> {
     joint: &'a OutlineJoint,
     slides: bool,
@@ -295,7 +295,7 @@ impl<'a> Sought<'a> {
         })
     }
 
-    /// Whether what remains of a field's name, alone or with its topic's, is this joint and no other part.
+    /// Whether the rest of a field's name, alone or with its topic's, names this joint and no other part.
     fn is_about(&self, rest: Vec<String>, of_topic: &[String]) -> bool {
         let own = &self.own;
         if own.is_empty() {

@@ -1,4 +1,4 @@
-//! The machine file of a data sheet with what a log of the machine adds: its signals, and what a person states of them.
+//! The machine file of a data sheet with the signals that a log of the machine adds, and a person's statements about them.
 
 use std::path::Path;
 

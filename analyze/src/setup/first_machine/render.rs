@@ -140,7 +140,7 @@ fn write_wheels(text: &mut Text, guesses: &Guesses, stated: &Stated) {
     }
 }
 
-/// What the machine stood on besides its wheels, and what it may stand on.
+/// Writes the supports besides the wheels on which the machine stood, and those on which it may stand.
 fn write_supports(text: &mut Text, guesses: &Guesses, stated: &Stated) {
     let feet = guesses.feet();
     if feet.is_empty() {
@@ -214,7 +214,7 @@ fn write_linkages(text: &mut Text, linkages: &[LinkageGuess]) {
     }
 }
 
-/// How the wheels meet the ground.
+/// Writes the contact between wheels and ground.
 fn write_contact(text: &mut Text, guesses: &Guesses, stated: &Stated) {
     let mut lines = Vec::new();
     if !stated.free_joints.is_empty() {
@@ -247,7 +247,7 @@ fn write_contact(text: &mut Text, guesses: &Guesses, stated: &Stated) {
     }
 }
 
-/// What a person stated about masses and places.
+/// Writes the masses and places that a person stated.
 fn write_stated(text: &mut Text, guesses: &Guesses, stated: &Stated) {
     let tool = guesses.tool.as_ref().map(|tool| &tool.link);
     if let Some((mass, link)) = stated.payload.zip(tool) {

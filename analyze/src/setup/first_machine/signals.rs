@@ -1,5 +1,7 @@
 //! Guesses the topics of the sensors.
 
+use std::cmp::Reverse;
+
 use anyhow::Result;
 use tipwatch_ingest::{Log, SensorKind, Topic, first_frame, joint_names_in};
 
@@ -33,7 +35,7 @@ impl Topics {
         let of_kind = |kind: SensorKind| {
             let fits = |t: &&Topic| kind.is_type(&t.type_name) && t.message_count != Some(0);
             let mut topics: Vec<&Topic> = log.topics().iter().filter(fits).collect();
-            topics.sort_by_key(|topic| std::cmp::Reverse(topic.message_count));
+            topics.sort_by_key(|topic| (is_command(&topic.name), Reverse(topic.message_count)));
             topics
         };
         let named = |topics: &[&Topic]| {
@@ -131,7 +133,7 @@ impl Topics {
 
 fn write_single(text: &mut Text, kind: SensorKind, topics: &[(String, Option<u64>)]) {
     let key = kind.signal_key();
-    let Some((topic, _)) = topics.first() else {
+    let Some((topic, count)) = topics.first() else {
         text.comment(&format!("No topic of type {}.", kind.type_name()));
         if kind == SensorKind::Imu {
             text.comment(
@@ -145,14 +147,45 @@ fn write_single(text: &mut Text, kind: SensorKind, topics: &[(String, Option<u64
         return;
     };
     let others: Vec<String> = topics[1..].iter().map(with_count).collect();
-    text.comment(&match others.is_empty() {
-        true => format!("The only topic of type {}.", kind.type_name()),
-        false => format!(
+    let other_counts = || topics[1..].iter().map(|(_, count)| count);
+    let why = if others.is_empty() {
+        format!("The only topic of type {}.", kind.type_name())
+    } else if other_counts().all(|other| other < count) {
+        format!(
             "The topic of this type with most messages; others: {}.",
             others.join(", ")
-        ),
-    });
+        )
+    } else {
+        let reason = match other_counts().any(|other| other > count) {
+            true => "its name is not that of a command",
+            false => "it comes first in the log, and none has more messages",
+        };
+        format!(
+            "One of several topics of this type: {reason}. Check it; others: {}.",
+            others.join(", ")
+        )
+    };
+    text.comment(&why);
     text.line(&format!("{key} = {}", quoted(topic)));
+}
+
+/// Whether the name of a topic is that of values that are wanted, not measured.
+fn is_command(topic: &str) -> bool {
+    const WANTED: [&str; 9] = [
+        "command",
+        "commands",
+        "cmd",
+        "desired",
+        "target",
+        "setpoint",
+        "reference",
+        "goal",
+        "planned",
+    ];
+    let words = topic.split(|c: char| !c.is_ascii_alphanumeric());
+    words
+        .map(str::to_ascii_lowercase)
+        .any(|word| WANTED.contains(&word.as_str()))
 }
 
 fn with_count((topic, count): &(String, Option<u64>)) -> String {

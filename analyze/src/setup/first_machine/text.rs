@@ -1,7 +1,6 @@
 //! Builds the text of a machine file line by line.
 
-/// Longest line of a comment, including the `#`.
-const WIDTH: usize = 110;
+use tipwatch_datasheet::comment;
 
 /// TOML under construction.
 #[derive(Debug, Default)]
@@ -24,16 +23,8 @@ impl Text {
 
     /// Adds a comment, wrapped. Line breaks in names from a log or URDF cannot end it.
     pub(super) fn comment(&mut self, text: &str) -> &mut Self {
-        let mut line = String::from("#");
-        for word in text.split(|c: char| c.is_whitespace() || c.is_control()) {
-            if line.len() > 1 && line.len() + 1 + word.len() > WIDTH {
-                self.line(&line);
-                line = String::from("#");
-            }
-            line.push(' ');
-            line.push_str(word);
-        }
-        self.line(&line)
+        comment(&mut self.lines, text);
+        self
     }
 
     /// Adds lines to complete, commented out.

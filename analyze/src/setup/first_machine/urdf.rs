@@ -12,7 +12,7 @@ pub(super) struct Urdf {
     pub(super) text: String,
     /// Its name in messages.
     pub(super) name: String,
-    /// The line of the machine file that names it; `None` if it is in the log.
+    /// Line of the machine file that names the URDF; `None` if it is in the log.
     pub(super) line: Option<String>,
 }
 

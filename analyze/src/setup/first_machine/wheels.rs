@@ -34,7 +34,7 @@ pub(super) struct Wheel {
     pub(super) name: String,
     /// Index of the link.
     pub(super) link: usize,
-    /// Why it is a wheel.
+    /// Reason why the link counts as a wheel.
     pub(super) why: String,
     /// Radius (m) and its source.
     pub(super) radius: Option<(f64, String)>,
@@ -146,7 +146,7 @@ fn is_named(link: &OutlineLink, wanted: &[&str]) -> bool {
     has_word(&link.name, wanted) || has_word(joint, wanted)
 }
 
-/// Why a link is a rolling wheel, if it is.
+/// Returns the reason why a link counts as a rolling wheel; `None` if it does not.
 fn rolls(link: &OutlineLink) -> Option<String> {
     let joint = link.joint.as_ref()?;
     let turns = matches!(

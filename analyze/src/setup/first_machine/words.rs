@@ -25,7 +25,7 @@ pub(super) const OTHER: [&str; 19] = [
     "valve",
 ];
 
-/// Words for what a machine stands on besides its wheels.
+/// Words for supports of a machine besides its wheels.
 pub(super) const SUPPORT: [&str; 9] = [
     "outrigger",
     "stabiliser",

@@ -68,7 +68,7 @@ pub fn draft(
     Ok(draft)
 }
 
-/// Writes a first machine file, which must not exist; returns its path and what is still missing, if anything.
+/// Writes a first machine file, which must not exist; returns its path and the missing inputs, if any.
 ///
 /// # Errors
 /// The log cannot be read, or the file exists or cannot be written.
@@ -106,7 +106,7 @@ fn text_of(draft: &Draft, verdict: &str) -> String {
     }
 }
 
-/// The text of the file, and what is still missing.
+/// Returns the text of the file, and the missing inputs.
 ///
 /// # Errors
 /// The log cannot be read.
@@ -140,7 +140,7 @@ pub fn finished(draft: &Draft) -> Result<(String, Option<String>)> {
     Ok((body, missing))
 }
 
-/// What is missing where neither an IMU nor odometry has values: wheel loads cannot be computed.
+/// Describes what is missing where neither an IMU nor odometry has values: wheel loads cannot be computed. `None` if one has.
 fn motion_missing(log: &Log, topics: &Topics, imu: &ImuSection) -> Result<Option<String>> {
     let has_odometry = match topics.odometry() {
         Some(topic) => imu::mean_of(log, topic, SensorKind::Odometry)?.is_some(),

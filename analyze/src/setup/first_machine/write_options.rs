@@ -1,4 +1,4 @@
-//! What a first machine file settles on request, instead of leaving it to a person.
+//! Choices that a first machine file makes on request, instead of leaving them to a person.
 
 /// Requests to the writer of a first machine file.
 #[derive(Debug, Clone, Copy, Default)]

@@ -10,8 +10,8 @@ use tipwatch_datasheet::Sheet;
 use super::files::{LogOfMachine, NewMachine, create};
 use crate::setup::first_machine::Draft;
 
-/// As [`create`], from the text of a sheet that exists nowhere else. If no machine can be made of it, the text is kept
-/// as `sheet.toml` in the folder.
+/// Creates a machine as [`create`] does, from the text of a sheet that exists nowhere else. If no machine can be made of it, the
+/// text is kept as `sheet.toml` in the folder.
 ///
 /// # Errors
 /// As [`create`]; the message names the file with the answers, or has them if they cannot be written.

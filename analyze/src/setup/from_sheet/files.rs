@@ -12,7 +12,7 @@ use crate::setup::check_machine::{self, MachineCheck};
 use crate::setup::first_machine::{self, Draft, URDF};
 use crate::setup::inspect::Described;
 
-/// What was written.
+/// Result of writing a new machine.
 pub struct NewMachine {
     /// Masses, loads, and everything that was assumed, as text.
     pub summary: String,
@@ -26,11 +26,11 @@ pub struct NewMachine {
 
 /// A machine file that was completed for a log.
 pub struct OfLog {
-    /// What is still open or assumed.
+    /// Draft with the values that are still open or assumed.
     pub draft: Draft,
-    /// What the log lacks for an analysis, if anything.
+    /// Inputs that the log lacks for an analysis, if any.
     pub missing: Option<String>,
-    /// Whether all questions could be asked. What was answered is in the machine file in any case.
+    /// Result of asking the questions: an error if not all could be asked. Given answers are in the machine file in any case.
     pub asked: Result<()>,
 }
 

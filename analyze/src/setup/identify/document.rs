@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use tipwatch_calibration::identification::{
-    Agreement, ChannelError, Combination, Disagreement, Estimate, SourceUse,
+    Agreement, BandCheck, ChannelError, Combination, Disagreement, Estimate, SourceUse,
 };
 
 use super::run::Identified;
@@ -23,19 +23,19 @@ pub struct IdentificationDocument {
     parameters: Vec<Estimate>,
     /// Correlations of the estimates, the largest first.
     pub(super) correlations: Vec<CorrelationRow>,
-    /// Combinations that the data tell, the best first.
+    /// Combinations of parameters that the data determine, the best first.
     told: Vec<CombinationRow>,
-    /// Parameters of which the data tell nothing.
+    /// Parameters that the data do not determine at all.
     not_told: Vec<String>,
-    /// Combinations of parameters that the data cannot tell apart.
+    /// Combinations of parameters that the data do not determine.
     not_told_apart: Vec<CombinationRow>,
     fitted: Vec<ChannelError>,
     held_back: Option<HeldBackRow>,
     /// Readings of loads against the bands of the identified machine.
-    bands: Option<BandRow>,
+    bands: Option<BandCheck>,
     /// Weighings against each other.
     weighings: Option<AgreementRow>,
-    /// Why this is no result, and nothing is written.
+    /// Reason why this is no result, and nothing is written.
     refused: Option<String>,
 }
 
@@ -62,15 +62,6 @@ struct HeldBackRow {
     sensors: Vec<ChannelError>,
 }
 
-#[derive(Debug, Serialize)]
-struct BandRow {
-    readings: usize,
-    inside_two_sigma: f64,
-    residuals_over_stated: Option<f64>,
-    stated_model_share: f64,
-    model_share: f64,
-}
-
 /// Weighings against each other.
 #[derive(Debug, Serialize)]
 pub struct AgreementRow {
@@ -83,7 +74,7 @@ pub struct AgreementRow {
 }
 
 impl AgreementRow {
-    /// "most front axle in empty: +1442 N from what the others say, expected 0 ± 170 N".
+    /// Describes suspect readings: "most front axle in empty: +1442 N from what the others say, expected 0 ± 170 N".
     pub(in crate::setup) fn suspects_text(&self) -> String {
         let each = self.suspects.iter().map(|suspect| {
             format!(
@@ -145,13 +136,7 @@ impl IdentificationDocument {
                 is_no_worse: held.is_no_worse(),
                 sensors: held.channels.clone(),
             }),
-            bands: result.bands.map(|bands| BandRow {
-                readings: bands.readings,
-                inside_two_sigma: bands.inside_two_sigma,
-                residuals_over_stated: bands.excess,
-                stated_model_share: bands.stated_share,
-                model_share: bands.model_share,
-            }),
+            bands: result.bands,
             weighings: found.agreement.clone().map(AgreementRow::from),
             refused: found.refusal().map(|refusal| refusal.to_string()),
         }

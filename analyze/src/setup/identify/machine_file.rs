@@ -1,14 +1,15 @@
-//! The text of the machine file with what was identified: everything else stays, comments too.
+//! The text of the machine file with the identified parameters: everything else stays, comments too.
 
 use std::fmt::Write as _;
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
 use tipwatch_binding::MachineFile;
+use tipwatch_datasheet::quoted;
 
 use super::run::Identified;
 
-/// Writes the machine file with what was identified, once it is known to be one.
+/// Writes the machine file with the identified parameters, once it is known to be valid.
 ///
 /// # Errors
 /// The result is not a valid machine, or the file cannot be written.
@@ -157,10 +158,6 @@ fn number(value: f64) -> String {
         true => "nan".into(),
         false => format!("{value:?}"),
     }
-}
-
-fn quoted(text: &str) -> String {
-    toml::Value::String(text.into()).to_string()
 }
 
 #[cfg(test)]

@@ -93,7 +93,7 @@ fn write(out: &mut String, found: &Identified) -> std::fmt::Result {
     Ok(())
 }
 
-/// What the readings say of the stated standard deviations.
+/// Writes the evidence of the readings on the stated standard deviations.
 fn bands(out: &mut String, found: &Identified) -> std::fmt::Result {
     if let Some(agreement) = &found.agreement {
         writeln!(
@@ -175,7 +175,7 @@ fn estimates(out: &mut String, found: &Identified) -> std::fmt::Result {
     )
 }
 
-/// What the data cannot tell, by name.
+/// Writes the parameters that the data do not determine, by name.
 fn not_told(out: &mut String, found: &Identified) -> std::fmt::Result {
     let result = &found.result;
     let names: Vec<&str> = (result.untold.iter())

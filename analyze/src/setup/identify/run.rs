@@ -13,18 +13,18 @@ use super::{collect, weighings};
 use crate::analysis::MeasuredLog;
 use crate::base::options::Options;
 
-/// What to identify from.
+/// Request for an identification.
 #[derive(Debug, Clone, Default)]
 pub struct Request {
     /// The logs.
     pub logs: Vec<PathBuf>,
     /// Standard deviation of the slope of the logs' ground, where that is level (rad).
     pub level: Option<f64>,
-    /// Factor by which the stated standard deviations of what was measured are widened; 1 if `None`.
+    /// Factor by which the stated standard deviations of the measurements are widened; 1 if `None`.
     pub sigma_factor: Option<f64>,
 }
 
-/// The result, and what it rests on.
+/// The result, and the data it rests on.
 #[derive(Debug)]
 pub struct Identified {
     /// The machine without identified parameters.
@@ -33,9 +33,9 @@ pub struct Identified {
     pub result: Identification,
     /// Logs and weighings, with the hashes of the files.
     pub from: Vec<String>,
-    /// What a reader must know.
+    /// Notes for the reader.
     pub notes: Vec<String>,
-    /// How well the weighings agree with each other; `None` if no reading is redundant.
+    /// Agreement of the weighings with each other; `None` if no reading is redundant.
     pub agreement: Option<Agreement>,
     /// Whether parts of a log were lost.
     pub has_losses: bool,
@@ -48,14 +48,14 @@ const MOST_CHANGE: f64 = 6.0;
 /// Two standard deviations of a load are its mean at twice this model share: no split is so open.
 const MOST_MODEL_SHARE: f64 = 0.5;
 
-/// Why a result is none.
+/// Reason why a result does not count.
 #[derive(Debug, Clone, PartialEq)]
 pub enum NoResult {
     /// The weighings contradict each other, whatever the machine weighs.
     WeighingsDisagree(Vec<Disagreement>),
-    /// The residuals are beyond what was stated.
+    /// The residuals are beyond the stated standard deviations.
     BeyondStated {
-        /// How many times as large as stated they are.
+        /// Ratio of the residuals to those stated.
         excess: f64,
         /// The factor of `--widen-sigmas` that would be enough.
         wanted: f64,
@@ -65,11 +65,11 @@ pub enum NoResult {
         /// The model share that would be needed.
         model_share: f64,
     },
-    /// A parameter would have to be far beyond what the machine file states of it.
+    /// A parameter would have to be far beyond its stated standard deviation.
     BeyondMachine {
         /// Its name.
         parameter: String,
-        /// By how many of its stated standard deviations.
+        /// Deviation, in standard deviations stated for the parameter.
         sigmas: f64,
     },
     /// Nothing of a log could be used.
@@ -84,7 +84,7 @@ pub enum NoResult {
 }
 
 impl NoResult {
-    /// Whether the data decide nothing, rather than contradict what was stated.
+    /// Whether the data decide nothing, rather than contradict the stated values.
     #[must_use]
     pub fn is_undecided(&self) -> bool {
         matches!(
@@ -157,7 +157,7 @@ impl Identified {
         self.result.held_back.as_ref().map(HeldBack::is_no_worse)
     }
 
-    /// Why the result is none; `None` if it holds.
+    /// Returns the reason why the result does not count; `None` if it does.
     #[must_use]
     pub fn refusal(&self) -> Option<NoResult> {
         if let Some(agreement) = self.agreement.as_ref().filter(|a| a.is_contradicted()) {

@@ -21,7 +21,7 @@ const MOST_IDS: usize = 2048;
 pub struct Described {
     /// The file.
     pub path: PathBuf,
-    /// What it describes.
+    /// Description of the messages in the file.
     pub database: Database,
 }
 
@@ -72,7 +72,7 @@ struct MessageInspection {
     duration_s: Option<f64>,
     rate_hz: Option<f64>,
     signals: Vec<CanSignalInspection>,
-    /// What did not become numbers.
+    /// Notes on values that did not become numbers.
     notes: Vec<String>,
 }
 
@@ -110,7 +110,7 @@ impl Numbers {
     }
 }
 
-/// What was seen of an identifier.
+/// Frames of an identifier that were seen.
 struct Seen {
     frames: u64,
     first_ns: i64,
@@ -124,7 +124,7 @@ pub(crate) struct KnownSignal {
     pub(crate) name: String,
     /// The unit of its numbers; empty if none is described.
     pub(crate) unit: String,
-    /// Whether its description has a unit that is known, so that the numbers are in SI units.
+    /// Whether the signal is described with a known unit, so that the numbers are in SI units.
     pub(crate) is_si: bool,
     /// Its least and its greatest number; `None` if the log has none.
     pub(crate) span: Option<[f64; 2]>,
@@ -137,7 +137,7 @@ pub(crate) struct Reading {
     numbers: Vec<Numbers>,
 }
 
-/// Lists the messages of all buses; adds what was lost.
+/// Lists the messages of all buses; adds the losses.
 pub(super) fn inspect(
     log: &Log,
     databases: &[Described],
@@ -274,7 +274,7 @@ impl Reading {
             .map(|selection| &selection.message)
     }
 
-    /// What is known of each signal.
+    /// Returns the known properties of each signal.
     pub(crate) fn known(&self) -> impl Iterator<Item = KnownSignal> {
         self.signals()
             .into_iter()
@@ -323,7 +323,7 @@ impl Reading {
         lines.unwrap_or_default()
     }
 
-    /// For messages of several packets; `None` if there were none.
+    /// Inspects messages of several packets; `None` if there were none.
     fn long_inspection(self) -> Option<MessageInspection> {
         let tally = self.decoder.tally(0)?;
         let message = self.message()?;

@@ -83,7 +83,7 @@ pub fn inspect(
     })
 }
 
-/// What every topic holds, with the losses of all of them. Of a log in a bucket only what is needed is read.
+/// Returns the contents of every topic, with the losses of all of them. Of a log in a bucket only the needed parts are read.
 fn contents(log: &Log, losses: &mut Losses) -> Result<Vec<TopicContents>> {
     if log.whole_files().iter().all(Option::is_some) {
         let (contents, found) = topic_contents(log)?;

@@ -25,11 +25,11 @@ pub struct Inspection {
     pub(super) can: Vec<BusInspection>,
     pub(super) signals: Vec<SignalInspection>,
     pub(super) clock: ClockInspection,
-    /// Why signals cannot be bound.
+    /// Reason why signals cannot be bound.
     pub(super) binding_error: Option<String>,
     /// Topic and length of the robot description.
     pub(super) robot_description: Option<String>,
-    /// What reading has cost, for each file in a bucket or on a server.
+    /// Requests and bytes that reading took, for each file in a bucket or on a server.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) transfers: Vec<FileTransfer>,
     /// Parts of the log that were lost.
@@ -48,7 +48,7 @@ pub(super) struct ClockInspection {
     pub(super) findings: Vec<TopicsFinding>,
     /// Offsets between topics, estimated from the physics; null without a machine file.
     pub(super) offsets: Option<ClockOffsets>,
-    /// Why there are no offsets.
+    /// Reason why there are no offsets.
     pub(super) offsets_note: Option<String>,
 }
 
@@ -62,13 +62,13 @@ pub(super) struct TopicInspection {
     /// Log time (ns) of the first and the last message; null if the log was not read as a whole.
     pub(super) start_ns: Option<i64>,
     pub(super) end_ns: Option<i64>,
-    /// From the first message to the last.
+    /// Time from the first message to the last (s).
     pub(super) duration_s: Option<f64>,
     /// Messages per second of that time.
     pub(super) rate_hz: Option<f64>,
     /// Every number that the machine file can name as `{ topic, field }`, in the first and the last message.
     pub(super) fields: Vec<FieldContents>,
-    /// Why fields are not listed, or not all.
+    /// Reason why fields are not listed, or not all.
     pub(super) fields_note: Option<String>,
     /// Statistics of the stamps, for topics that can be a signal.
     pub(super) timing: Option<TopicTiming>,

@@ -81,7 +81,7 @@ fn write(out: &mut String, found: &Validation) -> std::fmt::Result {
     Ok(())
 }
 
-/// What all logs say together, and what that means.
+/// Summarises the comparison of all logs, and its meaning.
 pub(super) fn summary(found: &Validation) -> [String; 2] {
     let result = match (found.rms_n, found.rms_share, found.inside_sigma) {
         (Some(rms), Some(share), [Some(one), Some(two)]) => format!(

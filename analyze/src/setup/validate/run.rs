@@ -22,11 +22,11 @@ pub struct Validation {
     pub logs: Vec<LogValidation>,
     /// Root mean square of measured minus computed load over all sensors and logs.
     pub rms_n: Option<f64>,
-    /// The same as a share of the mean measured load.
+    /// Root mean square difference as a share of the mean measured load.
     pub rms_share: Option<f64>,
     /// Share of all readings inside one and two standard deviations of computed and measured load together.
     pub inside_sigma: [Option<f64>; 2],
-    /// Those shares of a normal distribution.
+    /// Shares expected of a normal distribution inside one and two standard deviations.
     pub expected_inside: [f64; 2],
 }
 
@@ -37,13 +37,13 @@ pub struct LogValidation {
     pub log: String,
     /// Hashes of its files.
     pub sha256: Vec<String>,
-    /// By load sensor.
+    /// Statistics by load sensor.
     pub sensors: Vec<SensorStatistics>,
     /// Spans in which measured and computed loads contradict each other (s after the first row).
     pub contradictions: Vec<Contradicted>,
     /// Rows left out because a wheel is off the ground.
     pub rows_with_lifted_wheel: usize,
-    /// What a reader must know.
+    /// Notes for the reader.
     pub notes: Vec<String>,
     /// Whether parts of the log were lost.
     pub has_losses: bool,
@@ -62,7 +62,7 @@ pub struct Contradicted {
     pub(super) to_s: f64,
     pub(super) difference_n: f64,
     pub(super) sigma_n: f64,
-    /// The load that would explain it.
+    /// Unstated load that would explain the contradiction.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) unstated: Option<UnstatedLoad>,
     #[serde(skip)]

@@ -12,7 +12,7 @@ pub(super) struct Time {
 }
 
 impl Time {
-    /// From nanoseconds; zero if out of range.
+    /// Converts a time in nanoseconds; zero if out of range.
     pub(super) fn from_ns(time_ns: i64) -> Self {
         let whole = i32::try_from(time_ns.div_euclid(1_000_000_000));
         whole.map_or(Self { sec: 0, nanosec: 0 }, |sec| Self {

@@ -37,7 +37,7 @@ use crate::events::Event;
 
 /// Period of diagnostics and markers around events (ns).
 const BETWEEN_PICTURES_NS: i64 = 100_000_000;
-/// Their period elsewhere (ns).
+/// Period of pictures elsewhere (ns).
 const BETWEEN_FEW_PICTURES_NS: i64 = 1_000_000_000;
 
 /// Most blocks that wait until all events around their rows are known. The rows after them are computed once more.

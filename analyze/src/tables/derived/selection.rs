@@ -13,7 +13,7 @@ use crate::events::Event;
 
 /// Time (ns) before and after an event in which all rows are written.
 const MARGIN_NS: i64 = 300_000_000;
-/// Of an event that lasts longer, all rows are written around its start, its worst moment and its end (ns).
+/// Longest event of which all rows are written (ns); of a longer one, those around its start, its worst moment and its end.
 const LONG_NS: i64 = 10_000_000_000;
 /// Elsewhere, the extremes of every such time (ns), a bin, are written.
 const BIN_NS: i64 = 2_000_000_000;
@@ -54,12 +54,12 @@ pub(super) struct SelectedRow {
     pub(super) block: Arc<Rows>,
     /// Its index in the block.
     pub(super) row: usize,
-    /// Whether all of its neighbours are written, too.
+    /// Whether all neighbours of the row are written, too.
     pub(super) is_at_full_rate: bool,
 }
 
 impl Selection {
-    /// How long (ns) after a row an event may begin for which it is written.
+    /// Longest time after a row to the beginning of an event for which the row is still written (ns).
     pub(super) const AHEAD_NS: i64 = MARGIN_NS + BIN_NS;
 
     pub(super) fn new(extent: DerivedRows) -> Self {
@@ -70,7 +70,7 @@ impl Selection {
         }
     }
 
-    /// Where all rows are written.
+    /// Returns the spans in which all rows are written.
     pub(super) fn full_rate<'e>(&self, events: impl Iterator<Item = &'e Event>) -> FullRate {
         FullRate(match self.extent {
             DerivedRows::Full => None,
@@ -124,8 +124,8 @@ impl Selection {
         rows.collect()
     }
 
-    /// Of a bin, whether each row is written in any case: those with the smallest and the largest OTF of each wheel,
-    /// the last one, and those at which verdict or reasons change, with the ones before.
+    /// Returns for the rows of a bin whether each is written in any case: those with the smallest and the largest OTF of each
+    /// wheel, the last one, and those at which verdict or reasons change, with the ones before.
     fn telling_rows(&mut self, pieces: &[Piece]) -> Vec<bool> {
         let rows = || (pieces.iter()).flat_map(|p| p.rows.clone().map(|row| (&p.block, row)));
         let mut is_telling = vec![false; rows().count()];
@@ -166,7 +166,7 @@ impl Selection {
     }
 }
 
-/// Where an event needs all rows.
+/// Returns the spans in which an event needs all rows.
 fn spans_of(event: &Event) -> Vec<[i64; 2]> {
     let around = |from_ns: i64, to_ns: i64| {
         [
@@ -186,7 +186,7 @@ fn spans_of(event: &Event) -> Vec<[i64; 2]> {
     }
 }
 
-/// The same spans in order, those that overlap joined.
+/// Sorts spans, and joins those that overlap.
 fn joined(mut spans: Vec<[i64; 2]>) -> Vec<[i64; 2]> {
     spans.sort_unstable();
     let mut joined: Vec<[i64; 2]> = Vec::new();

@@ -1,4 +1,4 @@
-//! The verdict of each row as numbers: level, latched level, what it stands on, time to lift-off.
+//! The verdict of each row as numbers: level, latched level, basis, time to lift-off.
 
 use anyhow::Result;
 use tipwatch_ingest::{Ros2Writer, WriterTopic};

@@ -12,7 +12,7 @@ use polars::prelude::{ChunkedArray, PolarsError, PolarsNumericType, Series};
 use super::compress::{CompressingWriter, stated};
 use super::schema::{ELEMENT, EMPTY_LIST, MISSING_ELEMENT, VALUE};
 
-/// A column of a row group as it stands in the file, with what its end says of it.
+/// A column of a row group as it stands in the file, with the metadata from its end.
 pub(super) type Chunk = (Bytes, ColumnCloseResult);
 
 /// Encodes and compresses the values of a column.
@@ -113,7 +113,8 @@ fn known<T>(values: impl Iterator<Item = Option<T>>) -> (Vec<T>, Vec<i16>) {
     (known.flatten().collect(), levels)
 }
 
-/// The same of numbers, of which those without missing ones are copied as a whole.
+/// Returns the known values and the definition levels of numbers; those of a column without missing numbers are copied as a
+/// whole.
 fn known_numbers<T: PolarsNumericType>(values: &ChunkedArray<T>) -> (Vec<T::Native>, Vec<i16>) {
     if values.has_nulls() {
         return known(values.iter());

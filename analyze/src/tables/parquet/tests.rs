@@ -1,4 +1,4 @@
-//! What is written reads back, however it is divided into blocks.
+//! Tables read back as they were written, however they are divided into blocks.
 
 use std::path::Path;
 

@@ -23,13 +23,13 @@ use crate::tables::table::Table;
 
 /// Rows of a page, which is compressed as a whole.
 const ROWS_OF_PAGE: usize = 1 << 13;
-/// Rows of a row group: what is held before it is encoded, one column after the other on each core.
+/// Rows of a row group, which is held in memory before it is encoded, one column after the other on each core.
 pub(super) const ROWS_OF_GROUP: usize = 2 * ROWS_OF_PAGE;
 
-/// The provenance as an entry of a table's metadata.
+/// Returns the provenance as an entry of a table's metadata.
 ///
 /// # Errors
-/// It cannot be expressed in JSON.
+/// The provenance cannot be expressed in JSON.
 pub(crate) fn provenance_entry(provenance: &Provenance) -> Result<(&'static str, String)> {
     Ok((PROVENANCE, serde_json::to_string(provenance)?))
 }
@@ -51,7 +51,7 @@ pub(crate) struct TableWriter {
     /// Names and types of the columns.
     columns: Vec<(String, DataType)>,
     file: SerializedFileWriter<BufWriter<File>>,
-    /// Of each column, the values that do not fill a row group yet.
+    /// Values of each column that do not fill a row group yet.
     waiting: Vec<Series>,
     rows_waiting: usize,
 }
@@ -68,7 +68,7 @@ impl TableWriter {
         Self::begin(file, path, like, more)
     }
 
-    /// The same in an empty file.
+    /// Begins a table in an empty file.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -128,7 +128,7 @@ impl TableWriter {
             .append_key_value_metadata(KeyValue::new(key.into(), value));
     }
 
-    /// Writes what is left and closes the file.
+    /// Writes the remaining rows and closes the file.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -165,7 +165,7 @@ impl TableWriter {
     }
 }
 
-/// How the columns are encoded, each by its type, and the metadata.
+/// Returns the settings of the writer: the encoding of each column by its type, and the metadata.
 fn properties(like: &Table, more: &[(&str, String)]) -> Result<WriterProperties> {
     let units: BTreeMap<&str, &str> = (like.columns().iter())
         .filter_map(|column| Some((column.name(), column.unit()?)))

@@ -10,7 +10,6 @@ use super::document::*;
 use super::events::groups;
 use crate::analysis::measured_loads::TOTAL;
 use crate::analysis::model_comparison::ModelComparison;
-use crate::analysis::payload::EstimatedPayload;
 use crate::analysis::{Analysis, Input};
 use crate::base::number::known;
 use crate::events::Finding;
@@ -56,7 +55,7 @@ impl<'a> Summary<'a> {
             advice: analysis.advice.as_ref(),
             explained_falls: &analysis.explained_falls,
             turning_at_end: analysis.turning.as_ref(),
-            estimated_payloads: analysis.payloads.iter().map(payload_summary).collect(),
+            estimated_payloads: &analysis.payloads,
             measured_loads: measured_loads(analysis),
             monte_carlo: monte_carlo_summary(analysis),
             clips: analysis.clips.as_deref(),
@@ -136,18 +135,6 @@ fn largest_mass_kg(analysis: &Analysis) -> f64 {
             .sum()
     };
     machine.mass() + (0..rows.len()).map(carried_kg).fold(0.0, f64::max)
-}
-
-fn payload_summary(found: &EstimatedPayload) -> PayloadSummary<'_> {
-    PayloadSummary {
-        payload: found.payload + 1,
-        linkage: &found.linkage,
-        mass_kg: found.estimate.mass,
-        sigma_kg: found.estimate.sigma,
-        friction_share: found.estimate.friction_share,
-        residual_n: found.estimate.residual,
-        samples: found.estimate.samples,
-    }
 }
 
 fn measured_loads(analysis: &Analysis) -> Vec<MeasuredLoadSummary<'_>> {

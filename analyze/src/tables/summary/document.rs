@@ -13,6 +13,7 @@ use crate::analysis::health::SensorHealth;
 use crate::analysis::inputs::GrossInput;
 use crate::analysis::measured_loads::SensorStatistics;
 use crate::analysis::model_comparison::LoadDifference;
+use crate::analysis::payload::EstimatedPayload;
 use crate::analysis::unstated_load::ExplainedFall;
 use crate::base::clip::Clip;
 use crate::base::options::Options;
@@ -78,7 +79,7 @@ pub struct Summary<'a> {
     #[schemars(default)]
     pub turning_at_end: Option<&'a Turning>,
     /// Payload masses estimated from cylinder forces.
-    pub estimated_payloads: Vec<PayloadSummary<'a>>,
+    pub estimated_payloads: &'a [EstimatedPayload],
     /// Measured against computed loads, by load sensor of the machine file; absent without one in the log.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     #[schemars(default)]
@@ -133,19 +134,6 @@ pub struct OtherModelSummary {
     pub(super) rows_compared: usize,
     /// OTF difference by wheel, other model minus this one.
     pub(super) difference: BTreeMap<String, LoadDifference>,
-}
-
-/// An estimated payload mass.
-#[derive(Debug, Serialize, JsonSchema)]
-pub struct PayloadSummary<'a> {
-    /// Number of the [[payload]] table, from 1.
-    pub(super) payload: usize,
-    pub(super) linkage: &'a str,
-    pub(super) mass_kg: f64,
-    pub(super) sigma_kg: f64,
-    pub(super) friction_share: f64,
-    pub(super) residual_n: f64,
-    pub(super) samples: usize,
 }
 
 /// A load sensor.

@@ -98,7 +98,7 @@ impl Parse for Sentence {
     }
 }
 
-/// What stands between the braces of each placeholder of a template, in their order.
+/// Returns the text between the braces of each placeholder of a template, in order.
 fn placeholders(template: &str) -> Vec<&str> {
     let mut found = Vec::new();
     let mut rest = template;

@@ -81,7 +81,7 @@ impl Sheet {
 
     /// A counterweight that reached further would tip the machine without its arm.
     fn check_tail_of_excavator(&self, tail: f64) -> Result<(), SheetError> {
-        /// As a multiple of the wheelbase or the length of the tracks.
+        /// Largest distance, as a multiple of the wheelbase or the length of the tracks.
         const FARTHEST: f64 = 1.4;
         let on_ground = self.tracks.as_ref().map_or(0.0, |tracks| tracks.length.si);
         let wheelbase = self.axle_positions().last().map_or(0.0, |x| -x);

@@ -37,7 +37,7 @@ impl Sheet {
 
     /// Outriggers widen the base on which the machine stands.
     fn check_base(&self, place: &str, base: f64) -> Result<(), SheetError> {
-        /// Between the pads at least, as a share of the widest track.
+        /// Smallest distance between the pads, as a share of the widest track.
         const WIDENS: f64 = 0.8;
         let tracks = self.axles.iter().filter_map(|axle| axle.track);
         let gauge = self.tracks.as_ref().map(|tracks| tracks.gauge);

@@ -40,7 +40,7 @@ impl Sheet {
 
     /// A place along the machine, ahead or behind: zero, or far enough to be meant.
     pub(super) fn offset_in(&self, place: &str, m: f64, most: f64) -> Result<(), SheetError> {
-        /// As a share of the wheelbase or the length of the tracks.
+        /// Smallest offset that is meant, as a share of the wheelbase or the length of the tracks.
         const MEANT: f64 = 2e-3;
         let on_ground = self.tracks.as_ref().map_or(0.0, |tracks| tracks.length.si);
         let wheelbase = self.axle_positions().last().map_or(0.0, |x| -x);

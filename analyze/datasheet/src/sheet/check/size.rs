@@ -52,7 +52,7 @@ impl Sheet {
         self.check_density()
     }
 
-    /// The box of length, width and height weighs what machines of steel, air and a cab weigh.
+    /// Checks that the box of length, width and height weighs as much as machines of steel, air and a cab.
     fn check_density(&self) -> Result<(), SheetError> {
         let sizes = [self.length, self.width, self.height].map(|size| size.map(|size| size.si));
         let [Some(length), Some(width), Some(height)] = sizes else {

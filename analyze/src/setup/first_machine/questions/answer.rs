@@ -1,15 +1,15 @@
-//! What an answer at the terminal can be, and how it is read.
+//! Answers at the terminal: their types, and how they are read.
 
 use tipwatch_datasheet::{Angle, Length, Mass, Stiffness, parts, refusal};
 
-/// What an answer is.
+/// Type of an answer.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Kind {
     /// As many numbers as units.
     Numbers {
         units: &'static [Unit],
         range: Range,
-        /// What is expected, for the message on a wrong answer.
+        /// Expected answer, for the message on a wrong one.
         expected: &'static str,
     },
     /// A position of a joint, or the name of one of these signals with its table.
@@ -21,7 +21,7 @@ pub(super) enum Kind {
     Names(Vec<String>),
 }
 
-/// What a number measures; each has the unit of a plain number that the data sheet's dialogue has.
+/// Quantity of a number; each has the unit of a plain number that the data sheet's dialogue has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Unit {
     Mass,
@@ -32,7 +32,7 @@ pub(super) enum Unit {
     Plain,
 }
 
-/// Which numbers are possible.
+/// Range of possible numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Range {
     Any,

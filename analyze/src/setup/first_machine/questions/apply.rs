@@ -5,7 +5,7 @@ use super::open_value::Subject;
 use crate::setup::first_machine::draft::Draft;
 use crate::setup::first_machine::guesses::StatedPosition;
 
-/// Puts an answer into the draft. A standard deviation is asked for as two of them.
+/// Puts an answer into the draft. A standard deviation is asked as two of them.
 pub(super) fn apply(draft: &mut Draft, subject: &Subject, answer: Answer) {
     match answer {
         Answer::Numbers(numbers) => apply_numbers(draft, subject, &numbers),

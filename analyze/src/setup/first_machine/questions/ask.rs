@@ -6,13 +6,13 @@ use tipwatch_datasheet::prompt;
 
 use super::apply::apply;
 use super::list::{settled, structure};
-use super::open_value::{OpenValue, OpenValues, Subject};
+use super::open_value::{Effect, OpenValue, OpenValues, Subject};
 use super::rank::open_values;
 use crate::base::number::number;
 use crate::setup::first_machine::draft::Draft;
 
-/// Asks for what a draft leaves open or assumes, and puts the answers into it: what the loads cannot be computed without, then
-/// what moves them most. An empty answer keeps the proposal, as a guess that nobody has confirmed.
+/// Asks for the open and assumed values of a draft, and puts the answers into it: first the values without which the loads cannot
+/// be computed, then those that move them most. An empty answer keeps the proposal, as a guess that nobody has confirmed.
 ///
 /// # Errors
 /// The terminal cannot be read or written, or the answers end early. The draft then has the answers until there.
@@ -26,7 +26,7 @@ pub fn ask(draft: &mut Draft, input: &mut dyn BufRead, output: &mut dyn Write) -
     draft.guesses = settled(draft);
     let structure = structure(draft, draft.guesses.as_ref());
     for value in &structure {
-        ask_for(value, draft, input, output)?;
+        ask_for(value, 0.0, draft, input, output)?;
     }
     let open = open_values(draft);
     if let Some(why) = &open.unranked {
@@ -40,13 +40,15 @@ pub fn ask(draft: &mut Draft, input: &mut dyn BufRead, output: &mut dyn Write) -
         !before.any(|other| other.subject == value.subject)
     };
     for value in open.values.iter().filter(asked_already) {
-        ask_for(value, draft, input, output)?;
+        ask_for(value, open.least_n, draft, input, output)?;
     }
     tell_minor(&open, output)
 }
 
+/// Asks for a value. One that moves a load by less than `least_n` is asked for with what it belongs to.
 fn ask_for(
     value: &OpenValue,
+    least_n: f64,
     draft: &mut Draft,
     input: &mut dyn BufRead,
     output: &mut dyn Write,
@@ -65,13 +67,7 @@ fn ask_for(
     }
     writeln!(output)?;
     if let Some(effect) = &value.effect {
-        writeln!(
-            output,
-            "± {} moves the load of {} by ± {} N in this log:",
-            effect.doubt,
-            effect.wheel,
-            number(effect.change_n)
-        )?;
+        writeln!(output, "{}", reason(effect, least_n))?;
     }
     let text = format!("{} [{}]", value.question, value.proposal);
     if let Some(answer) = prompt(&text, |text| value.kind.read(text), input, output)? {
@@ -80,7 +76,22 @@ fn ask_for(
     Ok(())
 }
 
-/// Names what is not asked for.
+/// Describes the reason why a value is asked.
+fn reason(effect: &Effect, least_n: f64) -> String {
+    // all other minor values are not among the questions
+    let with = match effect.change_n < least_n {
+        true => ", and is asked for because the mounting of the IMU is confirmed as a whole",
+        false => "",
+    };
+    format!(
+        "± {} moves the load of {} by ± {} N in this log{with}:",
+        effect.doubt,
+        effect.wheel,
+        number(effect.change_n)
+    )
+}
+
+/// Names the values that are not among the questions.
 fn tell_minor(open: &OpenValues, output: &mut dyn Write) -> Result<()> {
     if open.minor.is_empty() {
         return Ok(());
@@ -92,4 +103,22 @@ fn tell_minor(open: &OpenValues, output: &mut dyn Write) -> Result<()> {
         number(open.least_n),
         values.collect::<Vec<_>>().join(", ")
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The position of an IMU was asked for, by ± 7.2 N, and the end said that nothing below 114 N was.
+    #[test]
+    fn a_minor_value_is_asked_for_with_a_reason() {
+        let effect = |change_n: f64| Effect {
+            wheel: "wheel FL".into(),
+            doubt: "0.1 m".into(),
+            change_n,
+            variance_share: 0.0,
+        };
+        let is_of_whole = |change_n: f64| reason(&effect(change_n), 114.0).contains("as a whole");
+        assert!(is_of_whole(7.2) && !is_of_whole(300.0));
+    }
 }

@@ -1,4 +1,4 @@
-//! Which values of a draft are open or assumed, and how one asks for them.
+//! Open and assumed values of a draft, and the questions about them.
 
 use tipwatch_mechanics::machine::{JointMotion, UncertaintySpec};
 
@@ -53,7 +53,7 @@ pub(super) fn settled(draft: &Draft) -> Option<Guesses> {
     Some(guesses)
 }
 
-/// What must be known before any effect can be computed: without it there are no loads, or others.
+/// Returns the values that must be known before any effect can be computed: without them there are no loads, or wrong ones.
 pub(super) fn structure(draft: &Draft, guesses: Option<&Guesses>) -> Vec<OpenValue> {
     let Some(guesses) = guesses.filter(|_| draft.of_sheet.is_none()) else {
         return Vec::new();
@@ -110,7 +110,7 @@ pub(super) fn structure(draft: &Draft, guesses: Option<&Guesses>) -> Vec<OpenVal
     list
 }
 
-/// What the loads depend on, by differentiable parameters; no joint of the guesses is without a position.
+/// Returns the values that the loads depend on, by differentiable parameters; no joint of the guesses is without a position.
 pub(super) fn parameters(draft: &Draft, guesses: Option<&Guesses>) -> Vec<OpenValue> {
     let mut list = Vec::new();
     if draft.imu.is_doubtful {

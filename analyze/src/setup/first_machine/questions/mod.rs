@@ -1,4 +1,4 @@
-//! What a first machine file leaves open or assumes, as questions: those first that move the wheel loads of this log most.
+//! Open and assumed values of a first machine file, as questions: those first that move the wheel loads of this log most.
 
 mod answer;
 mod apply;

@@ -5,16 +5,16 @@ use tipwatch_mechanics::machine::Machine;
 
 use super::answer::Kind;
 
-/// What a first machine file leaves open or assumes.
+/// Open and assumed values of a first machine file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct OpenValues {
-    /// What the loads depend on, the largest effect first; what has none that can be computed is last.
+    /// Values that the loads depend on, the largest effect first; those without a computable effect are last.
     pub values: Vec<OpenValue>,
-    /// What moves the load of no wheel by more than [`Self::least_n`].
+    /// Values that move the load of no wheel by more than [`Self::least_n`].
     pub minor: Vec<OpenValue>,
     /// The change of load below which a value is minor (N).
     pub least_n: f64,
-    /// Why the effects are not known, if they are not.
+    /// Reason why the effects are not known, if they are not.
     pub unranked: Option<String>,
 }
 
@@ -23,17 +23,17 @@ pub struct OpenValues {
 pub struct OpenValue {
     /// The key of the machine file that the answer becomes, such as `wheels.FL.radius`, or several with commas between them.
     pub key: String,
-    /// What is asked, with the unit.
+    /// The question, with the unit.
     pub question: String,
-    /// What holds without an answer.
+    /// Value that holds without an answer.
     pub proposal: String,
-    /// What it moves in this log; `None` where the loads have no derivative with respect to it.
+    /// Effect on the wheel loads in this log; `None` where the loads have no derivative with respect to the value.
     pub effect: Option<Effect>,
     pub(super) subject: Subject,
     pub(super) kind: Kind,
 }
 
-/// How far what is not known of a value moves a wheel load: to first order, two standard deviations.
+/// Effect of the uncertainty of a value on a wheel load: to first order, two standard deviations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Effect {
     /// The wheel that came closest to lifting, in words.
@@ -46,14 +46,14 @@ pub struct Effect {
     pub variance_share: f64,
 }
 
-/// What a question is about. Joints, links, wheels and linkages are named as in the machine file.
+/// Subject of a question. Joints, links, wheels and linkages are named as in the machine file.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Subject {
     WheelRadius(String),
     FreeJoints,
-    /// What the machine stood on besides its wheels.
+    /// Supports besides the wheels on which the machine stood.
     Supports,
-    /// Wheels that were off the ground because it stood on something else.
+    /// Wheels that were off the ground because the machine stood on other supports.
     Raised,
     /// The eyes of the cylinder of a linkage, with the joints that it moves.
     Eyes {
@@ -77,7 +77,7 @@ pub(super) enum Subject {
 }
 
 impl Subject {
-    /// What is asked for, within a sentence.
+    /// Names the subject within a sentence.
     pub(super) fn in_words(&self) -> String {
         match self {
             Self::WheelRadius(wheel) => format!("radius of wheel {wheel}"),
@@ -103,7 +103,7 @@ impl Subject {
         matches!(self, Self::ImuPosition | Self::ImuOrientation)
     }
 
-    /// Whether the loads depend on it through this parameter.
+    /// Whether the loads depend on the subject through this parameter.
     pub(super) fn is_about(&self, parameter: Parameter, machine: &Machine) -> bool {
         let joint = |index: usize| &machine.joints()[index].name;
         let link = |index: usize| &machine.links()[index].name;

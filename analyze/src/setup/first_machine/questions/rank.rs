@@ -1,4 +1,4 @@
-//! Orders open values by how far what is not known of them moves the wheel loads of the log.
+//! Orders open values by how far their uncertainty moves the wheel loads of the log.
 
 use std::io::Write;
 
@@ -25,11 +25,11 @@ use crate::setup::first_machine::text::quoted;
 const OPEN_DISTRIBUTION: f64 = 0.25;
 /// Standard deviation of a load that nobody stated, as a share of the mass of the machine.
 const OPEN_PAYLOAD_SHARE: f64 = 0.1;
-/// What moves the load of a wheel by a smaller share of its load at rest is not asked for.
+/// Smallest change of a wheel's load, as a share of its load at rest, for which a value is asked.
 const LEAST_SHARE: f64 = 0.01;
 
-/// What a draft leaves open or assumes, by how far it moves the load of the wheel that came closest to lifting in the log.
-/// For that, the log is analysed with everything as proposed.
+/// Returns the open and assumed values of a draft, ordered by how far they move the load of the wheel that came closest to
+/// lifting in the log. For that, the log is analysed with everything as proposed.
 pub fn open_values(draft: &Draft) -> OpenValues {
     let guesses = settled(draft);
     let mut values = structure(draft, guesses.as_ref());
@@ -70,7 +70,7 @@ pub fn open_values(draft: &Draft) -> OpenValues {
     }
 }
 
-/// Its share of the variance; what has none comes last.
+/// Returns the share of the value in the variance; values without one come last.
 fn share(value: &OpenValue) -> f64 {
     value
         .effect
@@ -78,7 +78,7 @@ fn share(value: &OpenValue) -> f64 {
         .map_or(-1.0, |effect| effect.variance_share)
 }
 
-/// What the parameters of a value move together: they are not correlated.
+/// Computes the joint effect of the parameters of a value, which are not correlated.
 fn effect(value: &OpenValue, machine: &Machine, table: &SensitivityTable) -> Option<Effect> {
     let ranked = table.ranked();
     let of_value = |row: &&&SensitivityRow| value.subject.is_about(row.parameter, machine);
