@@ -2,6 +2,7 @@
 
 use tipwatch_analyze::base::options::{Estimator, Options};
 use tipwatch_analyze::events::EventKind;
+use tipwatch_mechanics::Quantity;
 use tipwatch_tests::{Truth, analysed, analysed_with, by, data, write_edited};
 
 const WHEELS: [&str; 4] = ["FL", "FR", "RL", "RR"];
@@ -42,6 +43,53 @@ fn val_errors_on_short_logs_are_as_documented() {
             errors(&data(&format!("{name}.mcap")), start_up_s),
             bounds,
         );
+    }
+}
+
+/// The first results of the demo agree with the simulator: the smallest load of the wheel, with a band that a reader can believe,
+/// and when the wheel lifted and came down again.
+#[test]
+fn val_the_demo_tells_what_happened() {
+    const RL: usize = 2;
+    /// Times between which the wheel carried nothing (s after the first row).
+    const IN_THE_AIR_S: [f64; 2] = [9.786, 13.404];
+    let analysis = analysed(&data("../../analyze/demo/demo.mcap"), Options::default());
+    let of = |kind| {
+        let events = analysis.events.iter().filter(|it| it.subject == "rl");
+        let first = events
+            .filter(|it| it.kind == kind)
+            .min_by_key(|it| it.start_ns);
+        first.unwrap()
+    };
+    let worst_ns = of(EventKind::WheelLight).worst_ns;
+    let times_ns = &analysis.rows.times_ns;
+    let row = times_ns.iter().position(|&it| it == worst_ns).unwrap();
+    let value = |quantity| analysis.rows.whole().outcomes.column(quantity)[row];
+    let (load, band) = (
+        value(Quantity::Load(RL)),
+        2.0 * value(Quantity::LoadSigma(RL)),
+    );
+    let truth = Truth::smoothed_already(&data("demo.mcap"), &WHEELS).load(RL, worst_ns);
+    eprintln!("{load:.0} ± {band:.0} N, in truth {truth:.0} N");
+    assert!((load - truth).abs() < band);
+    // it came close, and it is certain that it did not lift
+    assert!(load > band, "{load} ± {band} N");
+    assert!(
+        band < 0.1 * analysis.machine.reference().static_load[RL],
+        "{band} N"
+    );
+    let lift = of(EventKind::WheelLift);
+    let ends = [
+        (Some(lift.start_ns), lift.start_sigma_s),
+        (lift.end_ns, lift.end_sigma_s),
+    ];
+    for ((at_ns, sigma_s), true_s) in ends.into_iter().zip(IN_THE_AIR_S) {
+        let (at_s, band_s) = (
+            (at_ns.unwrap() - times_ns[0]) as f64 * 1e-9,
+            2.0 * sigma_s.unwrap(),
+        );
+        assert!((at_s - true_s).abs() < band_s, "{at_s} ± {band_s} s");
+        assert!(band_s < 0.1, "{band_s} s");
     }
 }
 

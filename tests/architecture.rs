@@ -15,7 +15,7 @@ use sources::{Crate, Imports};
 /// Most rooms (folders and files) at the top of a crate.
 const MOST_ROOMS: usize = 14;
 
-/// What a crate may use.
+/// Crates that a crate may use, and the order of its rooms.
 struct Rule {
     folder: &'static str,
     crates: Vec<&'static str>,

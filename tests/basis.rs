@@ -11,10 +11,10 @@ use tipwatch_binding::{
     Commissioning, CommissioningItem, CommissioningSource, MachineFile, sha256,
 };
 use tipwatch_calibration::commissioning::{Answers, Recording, assess};
-use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::machine::{ActuatorSignal, Proof};
 use tipwatch_mechanics::state::Sensors;
 use tipwatch_mechanics::verdict::{Basis, Level, Verdict};
+use tipwatch_mechanics::{Quantity, State};
 
 use tipwatch_tests::{Truth, Values, by, data, write_edited, write_with_loads};
 
@@ -33,8 +33,17 @@ fn machine(name: &str, edit: impl Fn(String) -> String) -> (TempDir, PathBuf) {
     (folder, path)
 }
 
+/// Positions beyond which no joint goes.
+const ANYWHERE: [f64; 2] = [-100.0, 100.0];
+
 /// A commissioning in which every item is proven, but for those that begin with one of `open`.
 fn commission(path: &Path, open: &[&str]) {
+    let made = commissioning(path, open, ANYWHERE);
+    fs::write(path.with_file_name("commissioning.json"), made.to_json()).unwrap();
+}
+
+/// Returns the commissioning with all joints proven within this range.
+fn commissioning(path: &Path, open: &[&str], range: [f64; 2]) -> Commissioning {
     let file = MachineFile::read(path).unwrap();
     let urdf = file.urdf(None, None).unwrap();
     let machine = file.check_alone().unwrap();
@@ -70,6 +79,7 @@ fn commission(path: &Path, open: &[&str]) {
             true => "not_shown".into(),
             false => "proven".into(),
         },
+        range: key.starts_with("joint.").then_some(range),
         key,
         value: None,
         sigma: None,
@@ -78,7 +88,7 @@ fn commission(path: &Path, open: &[&str]) {
         text: String::new(),
     };
     let mut made = Commissioning {
-        schema: 1,
+        schema: 3,
         machine: machine.name().into(),
         machine_file_sha256: sha256(file.text.as_bytes()),
         urdf_sha256: sha256(urdf.text.as_bytes()),
@@ -93,7 +103,7 @@ fn commission(path: &Path, open: &[&str]) {
         seal: String::new(),
     };
     made.seal = sha256(made.to_json().as_bytes());
-    fs::write(path.with_file_name("commissioning.json"), made.to_json()).unwrap();
+    made
 }
 
 fn named(text: String) -> String {
@@ -186,6 +196,58 @@ fn commissioned_machine_on_plane_ground_is_safe_and_no_other() {
     }
 }
 
+/// A joint is proven by its commissioning within the positions that the drive has shown, and beyond them as if there were none. A file of
+/// before, which does not say where, proves no joint, and everything else.
+// requirement: TW-VERDICT-28
+#[test]
+fn commissioned_joint_is_proven_only_where_its_drive_has_shown_it() {
+    let log = "commissioning.mcap";
+    let (_folder, path) = machine(log, |text| named(on_plane_ground(text)));
+    let judged = |made: &Commissioning| {
+        fs::write(path.with_file_name("commissioning.json"), made.to_json()).unwrap();
+        causal(log, &path)
+    };
+    let everywhere = judged(&commissioning(&path, &[], ANYWHERE));
+    let nowhere = judged(&commissioning(&path, &["joint."], ANYWHERE));
+    let joints = everywhere.machine.joints();
+    let slew = joints.iter().position(|it| it.name == "slew").unwrap();
+    let mut state = State::zero(&everywhere.machine);
+    let mut at = |row: usize| {
+        everywhere.rows.state(row, &mut state);
+        state.joints[slew].position
+    };
+    let positions: Vec<f64> = (0..everywhere.rows.len()).map(&mut at).collect();
+    // of all joints alike: only the slew is asked about
+    let (range, tolerance) = ([positions[30] - 0.05, positions[30] + 0.05], 0.02);
+    let half = judged(&commissioning(&path, &[], range));
+    let open = |found: &Analysis, row: usize| verdicts(found)[row].unproven.has(Proof::Joint(slew));
+    let (mut inside, mut outside) = (0, 0);
+    for (row, &position) in positions.iter().enumerate() {
+        let beyond = (range[0] - position).max(position - range[1]);
+        if beyond <= 0.0 {
+            assert_eq!(open(&half, row), open(&everywhere, row), "row {row}");
+            inside += usize::from(open(&nowhere, row) && !open(&half, row));
+        } else if beyond > tolerance {
+            assert_eq!(open(&half, row), open(&nowhere, row), "row {row}");
+            outside += usize::from(open(&half, row));
+            assert!(!open(&half, row) || verdicts(&half)[row].level != Level::Safe);
+        }
+    }
+    assert!(inside > 30 && outside > 30, "{inside} {outside}");
+    let mut old = commissioning(&path, &[], ANYWHERE);
+    old.schema = 2;
+    old.items.iter_mut().for_each(|item| item.range = None);
+    old.seal.clear();
+    old.seal = sha256(old.to_json().as_bytes());
+    let old = judged(&old);
+    for row in 0..old.rows.len() {
+        let expected = verdicts(&nowhere)[row].unproven;
+        assert_eq!(verdicts(&old)[row].unproven, expected, "row {row}");
+    }
+    let first = verdicts(&old)[30].unproven;
+    assert!(first.has(Proof::Joint(slew)) && !first.has(Proof::SpecificForce));
+}
+
 /// A drive made to move everything proves joints and gyro by itself, and never the mounting of the accelerometer.
 // requirement: TW-VERDICT-28
 #[test]
@@ -233,7 +295,8 @@ fn what_no_load_hangs_on_needs_no_proof() {
     assert_eq!(sorted, expected, "{needed:?}");
 }
 
-/// What a person is asked about payloads, supports and measured forces proves them once all of it is confirmed, and nothing less does.
+/// The answers of a person prove payloads, supports and measured forces once all questions about them are confirmed, and no
+/// fewer.
 // requirement: TW-VERDICT-28
 #[test]
 fn payloads_supports_and_forces_are_proven_by_a_person_at_the_commissioning() {
@@ -261,7 +324,9 @@ fn payloads_supports_and_forces_are_proven_by_a_person_at_the_commissioning() {
             made_at: "2026-01-01T00:00:00Z".into(),
             recorded_from_ns: None,
         };
-        Commissioning::new(&file, &urdf, source, &found).proven(&machine)
+        Commissioning::new(&file, &urdf, source, &found)
+            .proven(&machine)
+            .proofs()
     };
     let asked = assess(
         &machine,
@@ -363,7 +428,7 @@ fn imu(edit: impl FnMut(&mut Values<'_>) + 'static) -> Edit {
     of("/imu/data", edit)
 }
 
-/// Joints that show so many times their positions, and their velocities to match, from a time on (s).
+/// Returns an edit that multiplies the positions of joints by `by`, and their velocities to match, from a time on (s).
 fn scaled_from(from_s: f64, names: &'static [&str], by: f64) -> Edit {
     joints(move |values| {
         let is_time = values.time_s > from_s;

@@ -271,7 +271,7 @@ fn original() -> Analysis {
     analyse(&data("tiny.mcap"), &file, Options::default(), &mut |_| {}).unwrap()
 }
 
-/// The largest difference of wheel loads, as a share of the mean load, and how many were compared.
+/// Returns the largest difference of wheel loads, as a share of the mean load, and the number of loads compared.
 fn difference(left: &Analysis, right: &Analysis) -> (f64, usize) {
     let (mut largest, mut compared, mut sum) = (0.0_f64, 0, 0.0);
     for row in 0..left.rows.len() {
@@ -330,7 +330,7 @@ fn val_loads_over_can_are_those_of_the_original_within_quantisation() {
 /// The samples of a log as live: sensor, stamp, values.
 type Sampled = Vec<(Sensor, i64, Vec<f64>)>;
 
-/// What the bridge makes of messages after those that it needs to begin with, which are the first `first` ones.
+/// Returns the samples and notes of the bridge for the messages after the first `first` ones, which it needs to begin with.
 fn bridged(file: &MachineFile, arrivals: &Arrivals, first: usize) -> (Sampled, Vec<String>) {
     let urdf = file.urdf(None, None).unwrap();
     let mut begin = FirstMessages::default();
@@ -399,7 +399,7 @@ fn axes_of_a_vector_may_come_in_several_messages() {
     }
 }
 
-/// An IMU over two parameter groups, joints and speed by DBC: what came over a pipe is what is read from the file.
+/// An IMU over two parameter groups, joints and speed by DBC: the values that came over a pipe are those read from the file.
 #[test]
 fn bridged_frames_give_the_samples_of_the_log_bit_for_bit() {
     for signals in [signals(""), split_axes()] {
@@ -499,7 +499,7 @@ fn two_senders_of_a_message_end_the_bridged_session() {
     assert!(error.contains("PGN6148"), "{error}");
 }
 
-/// A sensor of the machine file that does not come: the session does not begin, and says what is missing.
+/// The session does not begin without a sensor of the machine file, and names the missing one.
 #[test]
 fn a_bridged_session_does_not_begin_without_every_sensor() {
     let folder = folder();
@@ -785,7 +785,7 @@ fn a_joint_of_another_name_is_proposed_by_unit_and_motion() {
     );
 }
 
-/// Names as makers give them: what one signal alone names in its unit is bound, and nothing else.
+/// Names as makers give them: a signal that alone has its name and unit is bound, and no other.
 #[test]
 fn a_first_machine_file_binds_no_joint_to_the_signal_of_another() {
     let folder = folder();

@@ -14,7 +14,7 @@ const WHEELS: [&str; 4] = ["fl", "fr", "rl", "rr"];
 /// Span at each end (ns) that is not compared: the estimator lacks neighbouring samples there.
 const MARGIN_NS: i64 = 150_000_000;
 
-/// Counts how often the ground truth lies within two standard deviations.
+/// Tally of errors against the ground truth: how many lie within two standard deviations.
 #[derive(Default)]
 struct Tally {
     inside: f64,

@@ -146,7 +146,7 @@ impl Record {
     }
 }
 
-/// What differs beyond the bound, each with its section and numbers before and after.
+/// Returns the lines that differ beyond the bound, each with its section and numbers before and after.
 fn differences(recorded: &str, found: &str) -> Vec<String> {
     let lines = |text: &str| {
         let mut section = "";

@@ -16,7 +16,7 @@ use tipwatch_mechanics::verdict::Level;
 use tipwatch_mechanics::{MachineError, MachineSpec, Quantity};
 use tipwatch_tests::{Values, analysed_with, data, write_edited, write_edited_without};
 
-/// What changes a message.
+/// An edit of a message's values.
 type Edit = fn(&mut Values<'_>);
 
 const RAD_TO_DEG: f64 = 57.295_779_513;

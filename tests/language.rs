@@ -94,7 +94,7 @@ fn german(arguments: &[&str], log: &str) -> String {
     printed + "\n" + &visible(&report)
 }
 
-/// The texts of a page: what stands between its tags, and what a screen reader reads in them.
+/// Returns the texts of a page: those between its tags, and those that a screen reader reads in them.
 fn visible(page: &str) -> String {
     let mut text = String::new();
     let mut rest = page;
@@ -130,7 +130,7 @@ fn english(text: &str) -> Vec<String> {
     text.lines().filter(is_english).map(str::to_owned).collect()
 }
 
-/// A line without what a reader copies into the machine file, which holds numbers as programs read them.
+/// Returns a line without the parts that a reader copies into the machine file, which holds numbers as programs read them.
 fn prose(line: &str) -> String {
     let (mut text, mut rest) = (String::new(), line);
     while let Some((before, snippet)) = rest.split_once("scale = ") {
@@ -203,6 +203,53 @@ fn no_report_is_half_german() {
     }
 }
 
+/// Its page, the reports beside it and what is printed; and no record of another language is taken for one of this.
+#[test]
+fn no_page_of_a_fleet_is_half_german() {
+    let folder = tempfile::tempdir().unwrap();
+    let policy = folder.path().join("policy.toml");
+    let rule = "name = \"Abnahme\"\n[[rule]]\nname = \"Abheben\"\nevent = \"wheel_lift\"\n";
+    fs::write(&policy, rule).unwrap();
+    let out = folder.path().join("fleet");
+    let screen = |language: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_programs"));
+        command.args(["tipwatch", "screen", "--resume", "--machine"]);
+        command.arg(data("tiny_lift.toml"));
+        command.args(["tiny.mcap", "tiny_lift.mcap"].map(data));
+        command
+            .arg("--policy")
+            .arg(&policy)
+            .args(["--reports", "all"]);
+        command.args(["--lang", language, "--out"]).arg(&out);
+        let run = command.output().unwrap();
+        String::from_utf8(run.stdout).unwrap()
+    };
+    screen("en");
+    let reports = || {
+        let folders = fs::read_dir(out.join("reports")).unwrap();
+        let pages = folders.map(|entry| entry.unwrap().path().join("report.html"));
+        pages
+            .filter(|page| page.exists())
+            .collect::<BTreeSet<PathBuf>>()
+    };
+    let in_english = reports();
+    let printed = screen("de");
+    let in_german: Vec<PathBuf> = reports().difference(&in_english).cloned().collect();
+    assert_eq!((in_english.len(), in_german.len()), (2, 2));
+    let mut pages = vec![(PathBuf::from("stdout"), printed)];
+    for page in in_german.into_iter().chain([out.join("fleet.html")]) {
+        let text = fs::read_to_string(&page).unwrap();
+        assert!(text.contains("<html lang=\"de\">"), "{}", page.display());
+        pages.push((page, visible(&text)));
+    }
+    for (page, text) in pages {
+        let left = english(&text);
+        assert!(left.is_empty(), "{}: {left:#?}", page.display());
+        let points = decimal_points(&text);
+        assert!(points.is_empty(), "{}: {points:#?}", page.display());
+    }
+}
+
 /// A reader copies it into the machine file.
 #[test]
 fn scale_in_a_german_sentence_is_one_of_a_machine_file() {
@@ -230,7 +277,8 @@ fn scale_in_a_german_sentence_is_one_of_a_machine_file() {
     assert!(scales.iter().all(is_right), "{scales:?}");
 }
 
-/// Those who do not see a drawing or a figure are told what it shows: in both languages the same numbers, in other words.
+/// Alternative texts tell those who do not see a drawing or a figure its content: in both languages the same numbers, in other
+/// words.
 #[test]
 fn alternative_texts_tell_the_findings_in_both_languages() {
     let labels = |log: &str, language: &str| -> Vec<String> {
@@ -276,14 +324,14 @@ fn alternative_texts_tell_the_findings_in_both_languages() {
         };
         // what each wheel carries, how gravity leans, and when what began
         for all in [
-            ["FL carries ", "the zero moment point is "],
+            ["RL carries ", "the zero moment point is "],
             ["Centre of mass ", "gravity leans "],
             ["off the ground from t = ", "tipping over about the "],
         ] {
             assert!(tells(&english, &all), "{log}: {all:?}: {english:#?}");
         }
         for all in [
-            ["FL trägt ", "der Nullmomentpunkt liegt "],
+            ["RL trägt ", "der Nullmomentpunkt liegt "],
             ["Schwerpunkt ", "die Schwerkraft neigt sich um "],
             ["abgehoben ab t = ", "Zeitlicher Verlauf"],
         ] {

@@ -22,7 +22,7 @@ use crate::supports::{Truth, error};
 
 const FEET: [&str; 4] = ["ofl", "ofr", "orl", "orr"];
 
-/// Load cells of the four jacks: what the machine file of the fixture binds as their forces.
+/// Returns load cells of the four jacks, bound to the fields that the machine file of the fixture binds as their forces.
 fn jack_cells() -> String {
     let cell = |(k, foot): (usize, &str)| {
         format!(
@@ -76,7 +76,7 @@ fn same(text: String) -> String {
     text
 }
 
-/// Without the forces of the jacks, which the computed loads would follow.
+/// Returns the machine file without the forces of the jacks, which the computed loads would follow.
 fn without_forces(text: String) -> String {
     let lines = text.lines().filter(|line| !line.starts_with("force"));
     lines.collect::<Vec<_>>().join("\n") + "\n"
@@ -603,7 +603,7 @@ fn forces_that_no_row_uses_leave_the_log_undecided() {
     }
 }
 
-/// From when to when (s) the rear right jack carries nothing by its own sensor.
+/// Returns start and end (s) of the time in which the rear right jack carries nothing by its own sensor.
 fn measured_lift(analysis: &Analysis) -> [f64; 2] {
     let mut events = analysis.events.iter();
     let found = events.find(|event| {
@@ -631,6 +631,26 @@ fn a_jack_that_measures_nothing_is_told_at_any_rate() {
             );
         }
     }
+}
+
+/// A jack that has shown one value only since it was switched on is no foot in the air, however small the value.
+#[test]
+fn a_slow_jack_that_nothing_shows_to_be_measured_lifts_nothing() {
+    let force = "force = { topic = \"/outriggers/force\", field = \"data[3]\"";
+    let crane = Crane::new(
+        |text| text.replace(force, &format!("{force}, scale = 1e-30, offset = 10.0")),
+        same,
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let slow = folder.path().join("slow.mcap");
+    let mut is_due = every(1.0, 0.0);
+    thinned(&crane.log, &slow, &mut |topic, t| {
+        topic != "/outriggers/force" || is_due(topic, t)
+    });
+    let analysis = analysed_with(&slow, &crane.machine, Options::default());
+    let is_measured = |event: &&Event| event.subject == "orr" && event.measured_load_n.is_some();
+    let found = analysis.events.iter().find(is_measured);
+    assert!(found.is_none(), "{found:?}");
 }
 
 #[test]

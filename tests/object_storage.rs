@@ -29,7 +29,7 @@ fn serve(bucket: &str) -> Server {
     serve_within(bucket, Duration::from_secs(30))
 }
 
-/// The same within a time that faults may take.
+/// Serves a bucket with this timeout, within which faults may be retried.
 fn serve_within(bucket: &str, timeout: Duration) -> Server {
     let server = Server::start(bucket);
     let access = Access {

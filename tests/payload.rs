@@ -42,10 +42,10 @@ fn val_payload_is_estimated_from_force_or_pressures() {
         let [found] = &analysis.payloads[..] else {
             panic!("{:?}", analysis.payloads);
         };
-        let (mass, sigma) = (found.estimate.mass, found.estimate.sigma);
+        let (mass, sigma) = (found.mass_kg, found.sigma_kg);
         println!(
             "{mass:.1} kg, sigma {sigma:.1} kg, residual {:.0} N",
-            found.estimate.residual
+            found.residual_n
         );
         assert!((mass - TRUE_MASS_KG).abs() < 2.0 * sigma, "{mass} {sigma}");
         assert!((mass - TRUE_MASS_KG).abs() < 0.05 * TRUE_MASS_KG, "{mass}");
@@ -74,7 +74,7 @@ fn weighed(mass: impl Fn(f64) -> Option<f64>) -> anyhow::Result<Analysis> {
     weighed_in("", Options::default(), mass)
 }
 
-/// The same, attached in this window.
+/// Returns the analysis of the log with these numbers of a loader's scale, the payload attached in this window.
 fn weighed_in(
     window: &str,
     options: Options,

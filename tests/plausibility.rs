@@ -24,7 +24,7 @@ struct Case {
     worst: [f64; 2],
     /// Tolerance of the detected start and end (s).
     slack_s: f64,
-    /// Why rows are invalid under the policy `invalid`; `None` where loads do not depend on the signal.
+    /// Reason for which rows are invalid under the policy `invalid`; `None` where loads do not depend on the signal.
     reason: Option<Reason>,
 }
 

@@ -4,6 +4,7 @@ use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::analysis::clock::text::TopicsFinding;
 use tipwatch_analyze::analysis::run::analyse;
 use tipwatch_analyze::base::options::Options;
+use tipwatch_analyze::policy::facts::LogFacts;
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::ClockFindingKind;
 use tipwatch_mechanics::Quantity;
@@ -43,6 +44,11 @@ mod needs_shared {
             |found: &TopicsFinding| found.finding.kind == ClockFindingKind::SimulationTime;
         let found = analysis.clock_findings.iter().find(|f| simulated(f));
         assert_eq!(found.unwrap().topics.len(), analysis.inputs.len());
+        // its stamps are no dates, and its report has that of the recorder
+        let facts = LogFacts::of(&analysis, &[], Vec::new());
+        let hours = |ns: i64| ns / 3_600_000_000_000;
+        assert!(hours(facts.start_ns) < 24);
+        assert!(facts.start_utc_ns.is_some_and(|ns| hours(ns) > 450_000));
         for input in &analysis.inputs {
             let timing = &input.timing;
             assert!(input.clock.starts_with("header.stamp"), "{}", input.clock);

@@ -1,7 +1,7 @@
 //! Secrets of URLs leave the programs by no door: not in messages, records or custody, of any command.
 //!
-//! What makes it so: one function reads the arguments of all programs, one type takes the places of the Python package,
-//! errors of places redact themselves, and messages pass [`tipwatch_storage::redact`] once more on their way out.
+//! Reasons: one function reads the arguments of all programs, one type takes the places of the Python package, errors of places
+//! redact themselves, and messages pass [`tipwatch_storage::redact`] once more on their way out.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -18,7 +18,7 @@ fn url(scheme: &str, name: &str) -> String {
     format!("{scheme}://me:{PASSWORD}@127.0.0.1:9/{name}?sig={SIGNATURE}")
 }
 
-/// Whether a program succeeds, what it prints, and what it writes into `folder`.
+/// Runs a program in `folder`; returns whether it succeeds, and everything that it prints or writes into the folder.
 fn traces(folder: &Path, arguments: &[&str]) -> (bool, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_programs"));
     let output = command

@@ -36,10 +36,10 @@ const SIDE: Scene = Scene {
     airborne_s: [3.98, 6.39],
 };
 
-/// A change of a message, with what it remembers.
+/// A change of a message, with the memory of the fault.
 type Edit = fn(&mut Values<'_>, &mut Memory);
 
-/// What an injected fault remembers.
+/// Memory of an injected fault: the first value of each signal, and the number of messages.
 #[derive(Default)]
 struct Memory {
     first: std::collections::BTreeMap<&'static str, f64>,
@@ -179,12 +179,12 @@ const WRONG: [(&str, Edit); 19] = [
 /// Noise of an encoder that stands still (rad, m).
 const NOISE: f64 = 3e-4;
 
-/// What came of a wrong sensor.
+/// Verdicts on a log with a wrong sensor.
 struct Found {
     /// Rows with a wheel in the air, and those of them called Safe or Notice.
     airborne: usize,
     called_safe: usize,
-    /// Of the rows that are called Safe or Notice, those in which signals contradict each other.
+    /// Rows that are called Safe or Notice while signals contradict each other.
     safe_beside_doubt: usize,
     /// Time of the first contradiction (s after the first row).
     at_s: Option<f64>,
@@ -250,7 +250,7 @@ fn contradictions(analysis: &Analysis) -> Vec<String> {
         .collect()
 }
 
-/// Injects every fault; also prints what comes of it, for `--nocapture`.
+/// Injects every fault; also prints the results, for `--nocapture`.
 #[expect(
     clippy::print_stdout,
     reason = "the table is what one runs this test for"
@@ -272,8 +272,8 @@ fn table(scene: &Scene) -> Vec<(&'static str, Found, Found)> {
     rows.collect()
 }
 
-/// Of a doubted log no lifted row is Safe or Notice once the doubt stands, and the faults `found` are doubted: the motion of the
-/// log shows them.
+/// Asserts that no lifted row of a doubted log is Safe or Notice once the doubt stands, and that the faults `found` are doubted:
+/// the motion of the log shows them.
 fn doubted(scene: &Scene, found: &[&str]) {
     for (name, without, with) in table(scene) {
         assert!(with.called_safe <= without.called_safe, "{name}");
@@ -377,7 +377,7 @@ fn wheels_that_speed_up_while_the_machine_slows_down_are_found_without_odometry(
     }
 }
 
-/// What the motion of a log does not test is said, joint by joint, and what it tests is not.
+/// Notes name each joint that the motion of a log does not test, and no joint that it tests.
 #[test]
 fn what_is_not_tested_is_stated() {
     let note = |log: &str| {

@@ -1,4 +1,4 @@
-//! What the programs are built with.
+//! Build settings of the programs.
 
 use std::path::Path;
 

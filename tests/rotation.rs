@@ -9,26 +9,31 @@ use tipwatch_analyze::base::options::{Estimator, Options};
 use tipwatch_analyze::events::{Bound, Event, EventKind, ShownBy};
 use tipwatch_analyze::policy::Policy;
 use tipwatch_analyze::policy::facts::{LogFacts, event_facts};
-use tipwatch_analyze::report::findings;
+use tipwatch_analyze::report::{findings, sliders};
 use tipwatch_analyze::tables::parquet;
 use tipwatch_mechanics::estimation::rotation::RotationWitness;
 use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::verdict::Level;
-use tipwatch_tests::{analysed, analysed_with, data, write_edited, write_kept};
+use tipwatch_tests::{analysed, analysed_with, by, data, write_edited, write_kept};
 
 /// A wheel with less than this is off the ground in truth (N).
 const OFF_GROUND_N: f64 = 1.0;
 
-/// When the last wheel of the simulated tip-over lifted for good (ns).
+/// Returns the time at which the last wheel of the simulated tip-over lifted for good (ns).
 fn true_onset_ns() -> i64 {
-    let table = parquet::read(&data("tip_over.truth.parquet")).unwrap();
+    true_lift_ns("tip_over", "load_fr")
+}
+
+/// Returns the time at which a wheel of a simulated machine lifted for good (ns).
+fn true_lift_ns(log: &str, load: &str) -> i64 {
+    let table = parquet::read(&data(&format!("{log}.truth.parquet"))).unwrap();
     let times = table.column("t_ns").unwrap().integers().unwrap();
-    let loads = table.column("load_fr").unwrap().numbers().unwrap();
+    let loads = table.column(load).unwrap().numbers().unwrap();
     let last_down = loads.iter().rposition(|&load| load >= OFF_GROUND_N);
     times[last_down.unwrap() + 1]
 }
 
-/// Whether a log passes `--fail-on tip_over`, and whether it decides it.
+/// Returns whether a log passes `--fail-on tip_over`, and whether the log decides the policy.
 fn judged(analysis: &Analysis) -> (bool, bool) {
     let facts = LogFacts::of(analysis, &findings(analysis), Vec::new());
     let policy = Policy::without(&[EventKind::TipOver]);
@@ -188,7 +193,7 @@ impl Stated {
     }
 }
 
-/// Whether `--fail-on tip_over` is met.
+/// Whether a log breaks the policy `--fail-on tip_over` by evidence.
 fn fail_on(analysis: &Analysis) -> bool {
     let facts = LogFacts::of(analysis, &findings(analysis), Vec::new());
     let policy = Policy::without(&[EventKind::TipOver]);
@@ -386,7 +391,7 @@ fn an_onset_behind_a_hole_is_not_dated_at_the_end_of_the_hole() {
     }
 }
 
-/// Whether the onset is that of the simulation, as far as the event says so.
+/// Whether the onset in the event agrees with that of the simulation, within the event's own uncertainty.
 fn onset_holds(over: &Event) -> bool {
     let error_s = (over.start_ns - true_onset_ns()) as f64 * 1e-9;
     let within_s = (2.0 * over.start_sigma_s.unwrap_or(0.0)).max(0.1);
@@ -409,6 +414,49 @@ fn a_log_that_begins_just_before_the_onset_does_not_begin_in_the_fall() {
         let over = tip_over(&analysis);
         assert!(onset_holds(over), "{before_s} s before: {over:?}");
     }
+}
+
+/// The first rows of the causal estimator settle and have no loads: that is no hole in them.
+#[test]
+fn the_causal_estimator_dates_a_fall_soon_after_the_log_begins_by_its_loads() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("late.mcap");
+    let from_ns = true_onset_ns() - 1_000_000_000;
+    write_kept(&data("tip_over.mcap"), &log, &|_, time_ns| {
+        time_ns >= from_ns
+    });
+    let analysis = analysed_with(&log, &data("tip_over.toml"), by(Estimator::Causal));
+    let over = tip_over(&analysis);
+    assert_eq!(over.start_bound, Bound::At, "{over:?}");
+    assert!(onset_holds(over), "{over:?}");
+    assert!(over.start_sigma_s.is_some_and(|s| s < 0.2), "{over:?}");
+}
+
+/// A jolt during a fall makes loads off another edge far too small.
+#[test]
+fn a_wheel_that_a_measured_rotation_shows_off_the_ground_is_not_doubted_by_loads() {
+    let folder = tempfile::tempdir().unwrap();
+    let (log, onset_ns) = (folder.path().join("jolt.mcap"), true_onset_ns());
+    write_edited(&data("tip_over.mcap"), &log, &mut |topic, values| {
+        let share = ((values.stamp_ns - onset_ns) as f64 * 1e-9 - 0.1) / 0.4;
+        if topic == "/imu/data" && (0.0..1.0).contains(&share) {
+            let jolt = (std::f64::consts::PI * share).sin().powi(2);
+            values.shift("force.x", -30.0 * jolt);
+        }
+    });
+    let analysis = analysed_with(&log, &data("tip_over.toml"), Options::default());
+    let over = tip_over_of(&analysis, "left");
+    assert!(over.certainty.is_some_and(|p| p > 0.99), "{over:?}");
+    let of_wheel = |wheel: &'static str| {
+        let lifts = analysis.events.iter();
+        lifts.filter(move |event| event.kind == EventKind::WheelLift && event.subject == wheel)
+    };
+    for lift in of_wheel("fr").chain(of_wheel("rr")) {
+        assert!(lift.certainty >= over.certainty, "{lift:?}");
+        assert_eq!(lift.doubt, None, "{lift:?}");
+    }
+    let mut of_loads = of_wheel("rl");
+    assert!(of_loads.any(|lift| lift.certainty.is_some_and(|p| p < 0.1)));
 }
 
 #[test]
@@ -462,6 +510,104 @@ fn a_second_rotation_about_an_edge_does_not_hide_the_first() {
     let after_onset = |event: &Event| (event.start_ns - true_onset_ns()) as f64 * 1e-9;
     assert!(after_onset(falls[0]).abs() < 0.5, "{falls:?}");
     assert!((1.5..2.6).contains(&after_onset(falls[1])), "{falls:?}");
+}
+
+/// The wheels off an edge lifted no later than the machine began to tip about it, which the rows do not show: nothing is said of how
+/// it came to fall.
+fn assert_onset_unseen(analysis: &Analysis, (edge, off): (&str, &[&str]), onset_ns: i64) {
+    let over = tip_over_of(analysis, edge);
+    assert!(over.is_under_way, "{over:?}");
+    assert_eq!(over.start_bound, Bound::AtOrBefore, "{over:?}");
+    let is_in_log = |event: &Event| event.measured_rotation.as_ref().map(|it| it.onset_in_log);
+    assert_ne!(is_in_log(over), Some(true), "{over:?}");
+    let band_ns = (2e9 * over.start_sigma_s.unwrap_or(0.0)) as i64;
+    assert!(onset_ns <= over.start_ns + band_ns, "{over:?}");
+    for wheel in off {
+        let mut lifts = analysis.events.iter();
+        let lift =
+            lifts.find(|event| event.kind == EventKind::WheelLift && event.subject == *wheel);
+        let lift = lift.unwrap();
+        assert!(lift.start_ns <= over.start_ns, "{lift:?}");
+        assert_eq!(lift.start_bound, Bound::AtOrBefore, "{lift:?}");
+        assert!(lift.certainty.is_none_or(|p| p >= 0.5), "{lift:?}");
+    }
+    for event in analysis
+        .events
+        .iter()
+        .filter(|it| it.start_ns >= over.start_ns)
+    {
+        assert_eq!(event.causes, None, "{event:?}");
+        assert!(event.counterfactuals.is_empty(), "{event:?}");
+    }
+    assert!(analysis.advice.is_none());
+    assert!(sliders(analysis).is_err());
+}
+
+#[test]
+fn a_machine_that_falls_already_in_the_first_rows_lifted_its_wheels_before() {
+    let stated = Stated::lighter();
+    let of_tip_over = (data("tip_over.toml"), "left", &["fr", "rr"][..]);
+    let of_lighter = (stated.machine.clone(), "left", &["fr", "rr"][..]);
+    let of_forklift = (data("forklift.toml"), "right", &["fl"][..]);
+    let cases = [
+        ("tip_over", of_tip_over, [4.7, 4.9, 5.2, 5.6]),
+        ("tip_over", of_lighter, [4.7, 4.9, 5.2, 5.6]),
+        ("forklift", of_forklift, [8.6, 9.0, 9.4, 9.8]),
+    ];
+    for (name, (machine, edge, off), cuts_s) in cases {
+        let (whole, log) = (data(&format!("{name}.mcap")), stated.log("part.mcap"));
+        let first_ns = analysed(&whole, Options::default()).rows.times_ns[0];
+        let onset_ns = true_lift_ns(name, &format!("load_{}", off[0]));
+        for cut_s in cuts_s {
+            // where the log was cut, it holds nothing of the time before; where a part is analysed, that time dates the onset
+            let cut_ns = first_ns + (cut_s * 1e9) as i64;
+            write_kept(&whole, &log, &|_, time_ns| time_ns >= cut_ns);
+            let cut = analysed_with(&log, &machine, Options::default());
+            assert_onset_unseen(&cut, (edge, off), onset_ns);
+            let options = Options {
+                from_s: Some(cut_s),
+                ..Options::default()
+            };
+            let part = analysed_with(&whole, &machine, options);
+            assert_onset_unseen(&part, (edge, off), onset_ns);
+        }
+    }
+}
+
+#[test]
+fn a_fall_that_begins_in_the_log_keeps_its_onset_and_its_causes() {
+    for (name, edge, cut_s) in [("tip_over", "left", 3.5), ("forklift", "right", 6.0)] {
+        let options = Options {
+            from_s: Some(cut_s),
+            ..Options::default()
+        };
+        let analysis = analysed(&data(&format!("{name}.mcap")), options);
+        let over = tip_over_of(&analysis, edge);
+        assert!(!over.is_under_way, "{over:?}");
+        assert_eq!(over.start_bound, Bound::At, "{over:?}");
+        if name == "tip_over" {
+            assert!(over.causes.is_some(), "{over:?}");
+            assert!(!over.counterfactuals.is_empty(), "{over:?}");
+        }
+    }
+}
+
+#[test]
+fn the_end_of_a_tipping_that_only_loads_show_has_a_band() {
+    let analysis = analysed(&data("swinging_drive.mcap"), Options::default());
+    let is_off = |event: &&Event| {
+        matches!(event.kind, EventKind::EdgeTipping | EventKind::WheelLift)
+            && event.end_bound == Bound::At
+            && event.end_ns.is_some()
+    };
+    let ends: Vec<&Event> = analysis.events.iter().filter(is_off).collect();
+    assert!(
+        ends.iter()
+            .any(|event| event.kind == EventKind::EdgeTipping)
+    );
+    for event in ends {
+        assert!(event.end_sigma_s.is_some(), "{event:?}");
+    }
 }
 
 #[test]

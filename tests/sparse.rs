@@ -89,7 +89,8 @@ impl Sparse {
     }
 }
 
-/// A copy of a fixture whose joints, or the one of this name, are measured at one of so many messages, and held until the next.
+/// Writes a copy of a fixture whose joints, or the one of this name, are measured at one of `messages` messages, and held until
+/// the next.
 fn with_held_values(name: &str, messages: usize, joint: Option<&str>, folder: &Path) -> PathBuf {
     let held = folder.join("held.mcap");
     let mut last: Vec<(String, f64)> = Vec::new();
@@ -290,7 +291,8 @@ const BOUNDS: &str = "[quasi_static]\nplatform_acceleration = 1.5\nplatform_rate
     platform_angular_acceleration = 1.5\njoint_acceleration = 2.0\njoint_acceleration_linear = 2.0\n\
     joint_rate = 2.0\njoint_rate_linear = 2.0\n";
 
-/// How many of the true loads between valid rows lie in the band of the row before, of how many, and the widest band (N).
+/// Returns the number of true loads between valid rows that lie in the band of the row before, the number of all of them, and the
+/// widest band (N).
 fn covered(analysis: &Analysis, truth: &Truth) -> (usize, usize, f64) {
     let rows = &analysis.rows;
     let (mut inside, mut all, mut widest) = (0, 0, 0.0_f64);

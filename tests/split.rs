@@ -1,10 +1,10 @@
-//! What is said about wheels whose load equilibrium leaves open.
+//! Statements about wheels whose load equilibrium leaves open.
 
 use std::fs;
 
 use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::analysis::run::analyse;
-use tipwatch_analyze::base::options::Options;
+use tipwatch_analyze::base::options::{ModelKind, Options};
 use tipwatch_analyze::events::EventKind;
 use tipwatch_analyze::report::findings;
 use tipwatch_binding::MachineFile;
@@ -76,6 +76,22 @@ fn a_lift_that_depends_on_the_split_is_not_certain_without_it() {
         "{text}"
     );
     assert!(text.contains("To decide it: weighing the wheels"), "{text}");
+}
+
+/// Without bands, as of the closed form, nothing is said that a band could contradict.
+#[test]
+fn without_bands_no_wheel_is_cleared_but_as_computed() {
+    let is_as_computed = |model| {
+        let options = Options {
+            model,
+            ..Options::default()
+        };
+        let analysis = analysed(&data("corner_brake.mcap"), options);
+        let headline = &findings(&analysis)[0].headline;
+        headline.starts_with("No wheel fell below its load limit as computed")
+    };
+    assert!(is_as_computed(ModelKind::ClosedForm));
+    assert!(!is_as_computed(ModelKind::WholeBody));
 }
 
 /// On a ridge of 6 cm, MR and RR of one bogie lose 3.4 kN each against the loads under the split rule, as the

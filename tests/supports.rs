@@ -10,7 +10,7 @@ use tipwatch_analyze::tables::parquet;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::{Parameter, Quantity, Scope, State, Workspace, evaluate};
-use tipwatch_tests::{analysed, analysed_with, data};
+use tipwatch_tests::{analysed, analysed_with, data, write_edited, write_kept};
 
 const WHEELS: [&str; 4] = ["fl", "fr", "rl", "rr"];
 const FEET: [&str; 4] = ["ofl", "ofr", "orl", "orr"];
@@ -445,6 +445,34 @@ fn val_forklift_on_three_points_lifts_its_uphill_front_wheel() {
     assert_eq!(fall[0].shown_by, Some(ShownBy::Both));
     // and the moment about the edge weighs nothing
     assert!(analysis.explained_falls.is_empty());
+}
+
+/// On the stop that it turns on to, a machine stands with a wheel in the air, and the load about the line to the pivot of its axle is
+/// below zero. Elsewhere nothing holds it so: the loads are wrong.
+#[test]
+fn a_machine_that_stands_on_the_stop_of_its_axle_has_a_wheel_in_the_air() {
+    let folder = tempfile::tempdir().unwrap();
+    let [part, log] = ["part.mcap", "stands.mcap"].map(|name| folder.path().join(name));
+    let until_ns = Truth::of("forklift", &WHEELS).times_ns[0] + 1_900_000_000;
+    write_kept(&data("forklift.mcap"), &part, &|_, time_ns| {
+        time_ns < until_ns
+    });
+    for (axle_rad, is_on_stop) in [(-0.0523, true), (0.0, false), (0.0523, false)] {
+        write_edited(&part, &log, &mut |topic, values| match topic {
+            "/joint_states" => {
+                values.set("position.pendulum_axle", axle_rad);
+                values.shift("position.lift", 1.6);
+            }
+            "/imu/data" => values.roll(10_f64.to_radians()),
+            _ => (),
+        });
+        let analysis = analysed_with(&log, &data("forklift.toml"), Options::default());
+        let lifts = of_kind(&analysis, EventKind::WheelLift);
+        let lift = lifts.iter().find(|event| event.subject == "fl").unwrap();
+        assert_eq!(lift.doubt.is_none(), is_on_stop, "{axle_rad}: {lift:?}");
+        let is_certain = lift.certainty.is_some_and(|p| p > 0.99);
+        assert_eq!(is_certain, is_on_stop, "{axle_rad}: {lift:?}");
+    }
 }
 
 #[test]

@@ -16,7 +16,7 @@ use tipwatch_tests::{analysed, data};
 /// A wheel with less than this is off the ground in truth (N).
 const OFF_GROUND_N: f64 = 1.0;
 
-/// When each wheel of the simulated tip-over lifted for good (ns).
+/// Returns the time at which each wheel of the simulated tip-over lifted for good (ns).
 fn true_onsets() -> BTreeMap<String, i64> {
     let table = parquet::read(&data("tip_over.truth.parquet")).unwrap();
     let times = table.column("t_ns").unwrap().integers().unwrap();
@@ -37,7 +37,8 @@ fn find<'a>(analysis: &'a Analysis, kind: EventKind, subject: &str) -> Option<&'
     events.find(|event| event.kind == kind && event.subject == subject)
 }
 
-/// What took the load is told up to the last loads before the onset, though a machine that begins to tip has no valid row there.
+/// The load contributions are reported up to the last loads before the onset, though a machine that begins to tip has no valid
+/// row there.
 #[test]
 fn causes_reach_the_onset() {
     for log in ["tip_over", "forklift", "side_reach"] {

@@ -203,7 +203,7 @@ fn of_refusal(refusal: Refusal) -> &'static [&'static str] {
     }
 }
 
-/// What does not fit together, one line each.
+/// Returns the contradictions between the register of requirements and the tags of tests, one line each.
 fn problems(register: &[Requirement], tags: &[Tag]) -> Vec<String> {
     let mut problems = Vec::new();
     let mut known = BTreeSet::new();

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::analysis::run::analyse;
 use tipwatch_analyze::base::options::Options;
-use tipwatch_analyze::compare::{Side, compare};
+use tipwatch_analyze::compare::{Elsewhere, Side, compare};
 use tipwatch_analyze::events::{Answer, Event, EventKind, ShownBy, Supposition};
 use tipwatch_analyze::report;
 use tipwatch_analyze::suspension::{
@@ -39,6 +39,30 @@ fn options(suspension: SuspensionMode) -> WhatIfOptions {
     WhatIfOptions {
         suspension,
         step_s: None,
+    }
+}
+
+/// A log that begins in mid-fall does not show what the machine did before: no supposition about its fall has an answer.
+#[test]
+fn a_fall_that_is_under_way_when_the_rows_begin_is_left_open() {
+    let log = data("tip_over.mcap");
+    let file = MachineFile::read(&log.with_extension("toml")).unwrap();
+    let suppositions = Suppositions {
+        payload_kg: Some(-300.0),
+        ..Suppositions::default()
+    };
+    let part = Options {
+        from_s: Some(4.9),
+        ..Options::default()
+    };
+    let [recorded, supposed] = suppose(&log, &file, part, &suppositions).unwrap();
+    let replies = replies(&recorded, &supposed, &suppositions);
+    let is_fall = |(event, _): &(&Event, _)| event.kind == EventKind::TipOver;
+    assert!(replies.iter().any(is_fall));
+    for (event, reply) in replies {
+        assert_eq!(reply.answer, Answer::Open, "{event:?}");
+        assert_eq!(reply.probability, None, "{event:?}");
+        assert!(reply.why_not.is_some(), "{event:?}");
     }
 }
 
@@ -357,7 +381,7 @@ fn a_supposition_is_as_certain_as_the_signs_that_the_log_has_shown() {
     assert!(!signs[0].is_empty() && signs[0] == signs[1], "{signs:?}");
 }
 
-/// The measured forces of supports change by what the loads by the split rule change: rows under a supposition are those as
+/// The measured forces of supports change by the change of the loads by the split rule: rows under a supposition are those as
 /// recorded where it changes nothing, and else those of the answers, the foot that carries nothing included.
 #[test]
 fn rows_as_supposed_follow_the_measured_forces() {
@@ -420,6 +444,12 @@ fn a_split_without_effect_is_told_and_a_lift_has_one_answer() {
         let file = MachineFile::read(&log.with_extension("toml")).unwrap();
         let [recorded, supposed] = suppose(&log, &file, Options::default(), &split).unwrap();
         let count = |of: &Suppositions| caveats(&recorded, &supposed, of).len();
+        // what a speed changes is told of a speed alone
+        let slower = Suppositions {
+            speed: Some(0.5),
+            ..Suppositions::default()
+        };
+        assert!(count(&slower) > count(&Suppositions::default()), "{name}");
         let sides = [(&recorded, "as recorded"), (&supposed, "as supposed")];
         let [a, b] = sides.map(|(analysis, name)| Side::of_analysis(analysis, name).unwrap());
         let mut comparison = compare(&a, &b);
@@ -448,7 +478,10 @@ fn a_wheel_off_the_ground_has_no_load_beside_it() {
     let sides = [(&recorded, "as recorded"), (&supposed, "as supposed")];
     let [a, b] = sides.map(|(analysis, name)| Side::of_analysis(analysis, name).unwrap());
     let found = compare(&a, &b);
-    let lifts = found.events.iter().filter(|pair| pair.kind == "wheel_lift");
+    let lifts = found
+        .events
+        .iter()
+        .filter(|pair| pair.kind == EventKind::WheelLift);
     let lifted: Vec<String> = lifts
         .filter(|pair| pair.b.is_some())
         .map(|pair| pair.subject.to_uppercase())
@@ -456,7 +489,11 @@ fn a_wheel_off_the_ground_has_no_load_beside_it() {
     assert!(lifted.contains(&"FL".to_owned()), "{lifted:?}");
     for wheel in lifted {
         let name = format!("least OTF, {wheel}");
-        let fact = found.facts.iter().find(|fact| fact.name == name).unwrap();
+        let fact = found
+            .facts
+            .iter()
+            .find(|fact| fact.name.to_string() == name)
+            .unwrap();
         let is_off = fact.b.map_or(fact.why_not.is_some(), |least| least <= 0.0);
         assert!(is_off, "{fact:?}");
     }
@@ -610,7 +647,7 @@ fn the_same_question_has_one_answer() {
     }
 }
 
-/// What the advice takes from the end of the arm can be supposed, and is the same change.
+/// The load that the advice takes from the end of the arm can be supposed, and gives the same change.
 #[test]
 fn an_advised_load_can_be_supposed() {
     let mut compared = 0;
@@ -692,7 +729,7 @@ fn level_ground_that_was_level_is_what_was_recorded() {
     assert_eq!(least(&both), least(&slower));
 }
 
-/// Where the mounting of the IMU is a guess, nobody knows how far the ground slopes: level ground is no answer.
+/// The slope of the ground is unknown where the mounting of the IMU is a guess: level ground is no answer.
 #[test]
 fn level_ground_is_open_where_the_log_does_not_tell_the_slope() {
     let path = data("side_reach.toml");
@@ -756,7 +793,23 @@ fn more_load_than_the_machine_can_hold_in_its_reference_posture_may_be_supposed(
     }
 }
 
-/// More load is that of what is attached at the time, not of what is carried later.
+#[test]
+fn a_supposed_offset_has_the_unit_of_its_joint() {
+    let file = MachineFile::read(&data("tiny_lift.toml")).unwrap();
+    let log = data("tiny_lift.mcap");
+    let recorded = analyse(&log, &file, Options::default(), &mut |_| {}).unwrap();
+    let in_words = |joint: &str| {
+        let suppositions = Suppositions {
+            joints: vec![(joint.into(), -0.3)],
+            ..Suppositions::default()
+        };
+        suppositions.in_words(&recorded)
+    };
+    assert!(in_words("lift").ends_with(" rad"));
+    assert!(in_words("extension").ends_with(" m"));
+}
+
+/// More load adds to the payload attached at the time, not to one that is carried later.
 #[test]
 fn a_payload_that_is_not_there_takes_no_share_of_more_load() {
     let path = data("tiny_lift.toml");
@@ -818,10 +871,16 @@ fn a_recorded_fall_is_not_the_fall_of_what_is_supposed() {
         let sides = [(&recorded, "as recorded"), (&supposed, "as supposed")];
         let [a, b] = sides.map(|(analysis, name)| Side::of_analysis(analysis, name).unwrap());
         let pairs = compare(&a, &b).events;
-        let fell = pairs.iter().find(|pair| pair.kind == "tip_over").unwrap();
-        assert!(fell.is_open_elsewhere && fell.b.is_none());
+        let fell = pairs
+            .iter()
+            .find(|pair| pair.kind == EventKind::TipOver)
+            .unwrap();
+        assert!(fell.elsewhere == Elsewhere::Open && fell.b.is_none());
         let facts = compare(&a, &b).facts;
-        let count = facts.iter().find(|fact| fact.name == "tip over").unwrap();
+        let count = facts
+            .iter()
+            .find(|fact| fact.name.to_string() == "tip over")
+            .unwrap();
         assert!(
             count.a == Some(1.0) && count.b.is_none() && count.why_not.is_some(),
             "{count:?}"

@@ -129,7 +129,7 @@ fn a_slew_that_returns_is_believed_again() {
     }
 }
 
-/// While the encoder shows no place, the arm goes on: what it shows then is another one than before.
+/// The arm goes on while the encoder shows no place: the next place is another one than before.
 #[test]
 fn a_slew_that_shows_no_place_for_a_second_is_believed_again() {
     for estimator in BOTH {

@@ -2,10 +2,10 @@
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
-/// Who uses whom.
+/// The nodes that each node uses.
 pub(super) type Graph = BTreeMap<String, BTreeSet<String>>;
 
-/// For each group of nodes that use each other: the shortest circle in it, and the size of the group.
+/// Returns, for each group of nodes that use each other, the shortest circle in it, and the size of the group.
 pub(super) fn circles(graph: &Graph) -> Vec<(Vec<String>, usize)> {
     let reach: BTreeMap<&String, BTreeSet<String>> = graph
         .keys()

@@ -23,7 +23,7 @@ struct Module {
     /// Relative to `src`.
     file: String,
     items: BTreeSet<String>,
-    /// What `use` brings into scope: name to path.
+    /// Names that `use` brings into scope, with their paths.
     names: BTreeMap<String, Vec<String>>,
     globs: Vec<Vec<String>>,
     is_test: bool,
@@ -63,7 +63,8 @@ impl Crate {
         found
     }
 
-    /// Who uses what of whom, outside tests. What `mod.rs` and `lib.rs` pass on is counted where it is defined.
+    /// Returns the items that each file uses of others, outside tests. Items that `mod.rs` and `lib.rs` pass on count where they
+    /// are defined.
     pub(super) fn imports(&self) -> Imports {
         let mut imports = Imports::new();
         for reference in &self.references {
@@ -98,7 +99,7 @@ impl Crate {
         (0..=module.len()).any(|length| of(length).is_some_and(|module| module.is_test))
     }
 
-    /// File and name of the item that a path names; `None` of what is not in the crate, and of modules themselves.
+    /// Returns file and name of the item that a path names; `None` for items outside the crate, and for modules themselves.
     fn resolve(&self, base: &[String], path: &[String], depth: usize) -> Option<(String, String)> {
         let (mut current, mut rest) = self.start(base, path, depth)?;
         while let Some((name, after)) = rest.split_first() {
@@ -133,7 +134,7 @@ impl Crate {
         Some((module.file.clone(), name.clone()))
     }
 
-    /// Whether a path from this module leads into the crate and not into another one.
+    /// Whether a path used in this module leads into its own crate.
     fn is_own(&self, base: &[String], path: &[String]) -> bool {
         let Some(first) = path.first() else {
             return false;
@@ -145,7 +146,7 @@ impl Crate {
             || self.modules.contains_key(&[base, &path[..1]].concat())
     }
 
-    /// The module that a path starts in, and what is left of the path.
+    /// Returns the module that a path starts in, and the rest of the path.
     fn start(
         &self,
         base: &[String],
@@ -197,7 +198,7 @@ fn module_of(file: &str) -> ModulePath {
     }
 }
 
-/// Collects what a file defines and names.
+/// Collects the items that a file defines, and those that it names.
 struct Reader<'a> {
     found: &'a mut Crate,
     file: &'a str,

@@ -7,7 +7,8 @@ NAME.toml, NAME.urdf and NAME.truth.parquet (wheel loads at 50 Hz, smoothed).
 
 The machine stands on ground that falls by one degree, drives forward, brakes, drives backward, brakes, drives a full circle to the left and a quarter
 circle to the right; then each joint moves alone, back and forth. `commissioning` is the machine of the first paper with steered front wheels,
-`commissioning_bogie` one with skid steering and two actuated bogies, whose rods move alone as well.
+`commissioning_bogie` one with skid steering and two actuated bogies, whose rods move alone as well. `commissioning_wide`, by name only, is no fixture: the
+drive of the first machine over the whole range in which it works, for `tests/calibration/safe_rows.py`.
 """
 import math
 
@@ -44,13 +45,20 @@ def arm(lift, tilt):
                               via(t, (35.0, 0), (36.4, 25), (37.8, -25), (39.2, 0)))
 
 
+def wide_arm(t):
+    """The same over the range in which the logs of `tests/calibration` work: all around, and a little farther in all joints."""
+    return arm_pose(twice(t, 77.0, 1.3, 50, 28, -16), twice(t, 85.0, 1.3, -88, 20, -12), twice(t, 93.0, 1.5, 0.15, 0.6, -0.11),
+                    via(t, (35.0, 0), (47.0, 200), (63.0, -200), (75.0, 0)))
+
+
 def with_rods(arm):
     """Each rod of the suspension turns its bogie alone."""
     return lambda t: arm(t) | {"suspension_right": via(t, (61.0, MIDDLE), (62.0, MIDDLE + 0.005), (63.0, MIDDLE)),
                                "suspension_left": via(t, (63.8, MIDDLE), (64.8, MIDDLE + 0.005), (65.8, MIDDLE))}
 
 
-REFERENCE = {"commissioning": "lift = -1.201, tilt = -1.947, slew = 0.0, extension = 0.15",
+REFERENCE = {"commissioning_wide": "lift = -1.201, tilt = -1.947, slew = 0.0, extension = 0.15",
+             "commissioning": "lift = -1.201, tilt = -1.947, slew = 0.0, extension = 0.15",
              "commissioning_bogie": "suspension_right = -0.1, suspension_left = -0.1, lift = -1.114, tilt = -2.157, slew = 0.0, extension = 0.15"}
 
 
@@ -64,6 +72,7 @@ def main():
     import model
     from simulate import Scenario
     known = {"commissioning": lambda: Scenario("commissioning", model.rigid(yaw0=0.0), 61.5, arm(50, -88), drive(0.46, 0.4), slope=SLOPE, clear=2.0, seed=71),
+             "commissioning_wide": lambda: Scenario("commissioning_wide", model.rigid(yaw0=0.0), 102.0, wide_arm, drive(0.46, 0.4), slope=SLOPE, clear=2.0, seed=73),
              "commissioning_bogie": lambda: Scenario("commissioning_bogie", model.bogie(), 67.0, with_rods(arm(55, -100)), drive(1.0, 0.0, 0.8, 32.0), slope=SLOPE, clear=2.5, seed=72)}
     for name in arguments.names:
         scenario = known[name]()

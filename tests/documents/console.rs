@@ -16,10 +16,10 @@ use super::page::{Block, Page, Part, is_blessing, root};
 
 /// Stands between the outputs of two commands, with the exit code of the first.
 const MARK: char = '\u{1}';
-/// What the temporary folder is called in the documents.
+/// Name of the temporary folder in the documents.
 const HOME: &str = "/home/you";
 
-/// Runs a page; with `python` its Python blocks too, which may import the package of the tree. Gives what differs.
+/// Runs a page; with `python` its Python blocks too, which may import the package of the tree. Returns the differences.
 pub(super) fn run(page: &Page, python: Option<&str>) -> Vec<String> {
     let blocks = page.blocks();
     let imports =
@@ -90,7 +90,7 @@ fn shown(block: &str) -> Vec<Shown<'_>> {
     all
 }
 
-/// Gives the block with the outputs as found, and what differs.
+/// Returns the block with the outputs as found, and the differences.
 fn run_block(folder: &Path, page: &Page, block: &Block) -> (String, Vec<String>) {
     let shown = shown(&block.text);
     let script: String = (shown.iter())

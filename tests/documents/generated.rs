@@ -55,7 +55,7 @@ fn the_map_of_the_tree_is_current() {
     assert_current("CONTRIBUTING.md", "tree", &tree());
 }
 
-/// Compares a region of a page with what it must hold, or writes it.
+/// Compares a region of a page with its expected content, or writes that content.
 fn assert_current(page: &str, name: &str, new: &str) {
     let page = Page::read(page);
     let old = region(&page.text, name);

@@ -1,4 +1,4 @@
-//! What the documents name exists: links, anchors, files, identifiers, expansions of abbreviations.
+//! Existence of everything that the documents name: links, anchors, files, identifiers, expansions of abbreviations.
 
 use std::collections::BTreeSet;
 use std::fs;

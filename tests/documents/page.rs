@@ -17,12 +17,12 @@ pub(super) struct Page {
     pub(super) text: String,
 }
 
-/// What the tests look at, in the order of the page.
+/// A part of the page that the tests check, in the order of the page.
 #[derive(Debug)]
 pub(super) enum Part {
-    /// Shell commands of a comment `<!-- setup: ... -->`: what a reader would have already.
+    /// Shell commands of a comment `<!-- setup: ... -->`: they create files that a reader would have already.
     Setup(String),
-    /// Python of a comment `<!-- check: ... -->`: what must hold after the block before it.
+    /// Python of a comment `<!-- check: ... -->`: conditions that must hold after the block before the comment.
     Check(String),
     /// A fenced block.
     Block(Block),
@@ -42,7 +42,7 @@ pub(super) struct Block {
 }
 
 impl Block {
-    /// Why the block is not run, if it says so.
+    /// Returns the reason for which the block is not run; `None` for a block to run.
     pub(super) fn not_run(&self) -> Option<&str> {
         self.kind.strip_prefix("(not run: ")?.strip_suffix(')')
     }
@@ -153,7 +153,7 @@ pub(super) fn files_below(folder: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// Whether the tests write what they find into the documents instead of comparing.
+/// Whether the tests write their results into the documents instead of comparing them.
 pub(super) fn is_blessing() -> bool {
     std::env::var_os("TIPWATCH_BLESS").is_some()
 }

@@ -83,7 +83,7 @@ fn parse_toml(block: &Block, place: &str) -> Result<(), String> {
     }
 }
 
-/// Puts a part of a machine file into a whole one: tables into tables, the rest in place of what was there.
+/// Puts a part of a machine file into a whole one: tables into tables, the rest in place of the earlier values.
 fn merge(whole: &mut toml::Table, part: toml::Table) {
     for (key, value) in part {
         match (whole.get_mut(&key), value) {

@@ -11,7 +11,8 @@ use super::image_log::image_log;
 use super::server::{Fault, Seen};
 use super::{messages, open, serve, serve_within, upload};
 
-/// Short enough to wait for an answer that never comes, and a thousand times what the server of the tests takes for one.
+/// Timeout short enough to wait for an answer that never comes, and a thousand times as long as the server of the tests takes for
+/// an answer.
 const SHORT: Duration = Duration::from_secs(3);
 
 fn is_range(seen: &Seen) -> bool {

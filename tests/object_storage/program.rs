@@ -254,7 +254,7 @@ fn copies_in_a_bucket_are_one_log_and_other_bytes_of_the_same_length_are_not() {
     );
 }
 
-/// What lies outside the places that a run names is not known to be there, in a bucket as in a folder.
+/// Logs outside the places that a run names are not reported as there, in a bucket as in a folder.
 #[test]
 fn logs_outside_the_named_places_of_a_bucket_are_told_and_stay() {
     let server = serve("places");

@@ -1,4 +1,4 @@
-//! What is read from a bucket is what is in the file, for few bytes and requests.
+//! Reading from a bucket gives the content of the file, for few bytes and requests.
 
 use mcap::Compression;
 use tipwatch_tests::data;

@@ -144,7 +144,7 @@ impl fmt::Display for Digest {
     }
 }
 
-/// How far two lines of values are apart.
+/// Difference between two lines of values.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Change {
     /// Not at all, to the bit.

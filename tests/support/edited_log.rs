@@ -6,6 +6,7 @@ use std::path::Path;
 
 use mcap::records::MessageHeader;
 use mcap::{WriteOptions, Writer};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use tipwatch_ingest::{Log, Topic, TopicId};
 
 /// A CDR message (the encoding of ROS 2) whose numbers can be changed in place.
@@ -65,7 +66,7 @@ pub struct Values<'m> {
     pub topic: &'m str,
     /// Stamp of the message (ns).
     pub stamp_ns: i64,
-    /// The same since that of the first sensor message of the log (s).
+    /// Time since the first sensor message of the log (s).
     pub time_s: f64,
 }
 
@@ -106,6 +107,26 @@ impl Values<'_> {
     /// If the message has no such number.
     pub fn shift(&mut self, name: &str, by: f64) {
         self.set(name, self.get(name) + by);
+    }
+
+    /// Rolls the platform of an IMU message by an angle (rad), attitude and specific force: the same motion, leant.
+    ///
+    /// # Panics
+    /// If the message is not one of an IMU.
+    pub fn roll(&mut self, angle: f64) {
+        let roll = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), angle);
+        let names = ["x", "y", "z", "w"].map(|axis| format!("attitude.{axis}"));
+        let [x, y, z, w] = std::array::from_fn(|k| self.get(&names[k]));
+        let attitude = (Quaternion::new(w, x, y, z) * roll.into_inner()).coords;
+        for (name, value) in names.iter().zip(attitude.iter()) {
+            self.set(name, *value);
+        }
+        let names = ["x", "y", "z"].map(|axis| format!("force.{axis}"));
+        let force = Vector3::from_fn(|k, _| self.get(&names[k]));
+        let force = roll.inverse_transform_vector(&force);
+        for (name, value) in names.iter().zip(force.iter()) {
+            self.set(name, *value);
+        }
     }
 
     /// Exchanges two numbers.

@@ -205,14 +205,14 @@ impl Truth {
         self.error_share_shifted(analysis, 0)
     }
 
-    /// As [`error_share`](Self::error_share), without a longer start (s): the causal estimator has to settle where a log
+    /// Returns the [`error_share`](Self::error_share) without a longer start (s): the causal estimator has to settle where a log
     /// begins in motion.
     #[must_use]
     pub fn error_share_after(&self, analysis: &Analysis, start_s: f64) -> f64 {
         self.error_share_of(analysis, start_s, 0)
     }
 
-    /// As [`error_share`](Self::error_share), for rows whose times are early by so much (ns).
+    /// Returns the [`error_share`](Self::error_share) for rows whose times are early by `early_ns` (ns).
     #[must_use]
     pub fn error_share_shifted(&self, analysis: &Analysis, early_ns: i64) -> f64 {
         self.error_share_of(analysis, 0.5, early_ns)

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-/// What a tag begins with.
+/// First characters of a tag.
 const MARK: &str = "// requirement: ";
 
 /// A requirement that a test says it holds.

@@ -23,7 +23,7 @@ use tipwatch_benchmarks::{Attempts, FIGURES, Judgement, Measured, Processors, Ta
 
 /// Bench targets with a peer, in the order in which they run.
 const BENCHES: [&str; 2] = ["figures", "evaluate"];
-/// The one whose ratios are comparable only on processors with instructions for SHA-256.
+/// The bench whose ratios are comparable only on processors with instructions for SHA-256.
 const HASHING_BENCH: &str = "whole_log";
 const PAGE: &str = "book/src/benchmarks.md";
 /// Exit code where the processors were not free.
@@ -82,7 +82,7 @@ fn check(table: &Table, root: &Path, is_short: bool) -> ExitCode {
     }
 }
 
-/// Writes each line after what it is.
+/// Writes each line after its label.
 fn tell(what: &str, lines: &[String]) {
     for line in lines {
         eprintln!("{what}: {line}");

@@ -5,7 +5,7 @@ use super::table::Table;
 
 /// A figure that is lower than before is a loss only if it is in this many attempts on free processors.
 const DECISIVE: usize = 2;
-/// After so many attempts no further one is made.
+/// Number of attempts after which no further one is made.
 const MOST: usize = 4;
 /// Processors of which a smaller share is free are not free: then program and peer do not have the same chances, because
 /// the program uses all of them and most peers use one. One thread of others on two processors leaves 75 to 80 %.
@@ -22,16 +22,16 @@ pub struct Attempts {
     on_free_processors: usize,
 }
 
-/// What the attempts so far say. A loss has a line for each figure that fell.
+/// Judgement on the attempts so far. A loss has a line for each figure that fell.
 #[derive(Debug, PartialEq)]
 pub enum Judgement {
     /// No figure fell below its bound.
     Kept,
-    /// Some did, and another attempt may tell why.
+    /// Some figures fell, and another attempt may tell why.
     Again(Vec<String>),
-    /// They did on free processors, too.
+    /// Some figures fell on free processors, too.
     Lost(Vec<String>),
-    /// They did, but hardly ever on free processors: nothing can be said.
+    /// Some figures fell, but hardly ever on free processors: nothing can be said.
     Undecided(Vec<String>),
 }
 

@@ -4,15 +4,15 @@ use std::fmt::Write;
 
 /// A ratio; larger is better.
 pub struct Figure {
-    /// As the benchmark prints it.
+    /// Name that the benchmark prints.
     pub name: &'static str,
-    /// What the table calls it.
+    /// Name of the figure in the table.
     pub heading: &'static str,
-    /// What must be on the computer beside the repository; `None` if nothing.
+    /// Software that must be on the computer beside the repository; `None` if none.
     pub needs: Option<&'static str>,
 }
 
-/// In the order of the table's rows.
+/// All figures, in the order of the table's rows.
 pub const FIGURES: [Figure; 9] = [
     Figure {
         name: "sensors-lz4-vs-stream",
@@ -61,7 +61,7 @@ pub const FIGURES: [Figure; 9] = [
     },
 ];
 
-/// What the benchmarks printed.
+/// Figures that the benchmarks printed, by name.
 #[derive(Debug, Default)]
 pub struct Measured(Vec<(String, f64)>);
 
@@ -99,7 +99,7 @@ impl Measured {
         found.map(|(_, ratio)| *ratio)
     }
 
-    /// One line a figure; those that could not be measured with the reason.
+    /// Returns one line for each figure; those that could not be measured with the reason.
     #[must_use]
     pub fn text(&self) -> String {
         let mut text = String::new();

@@ -1,12 +1,12 @@
-//! How much of the computer's processors a measurement gets.
+//! Share of the computer's processors that a measurement gets.
 
 use std::hint::black_box;
 use std::thread::{self, ScopedJoinHandle};
 use std::time::{Duration, Instant};
 
-/// How long a thread is watched.
+/// Duration of one measurement of a thread's work.
 const WATCHED: Duration = Duration::from_millis(200);
-/// How often one thread alone is watched: the best counts.
+/// Number of measurements of one thread alone: the best counts.
 const WATCHED_ALONE: usize = 3;
 /// Steps between two looks at the clock.
 const STEPS: usize = 10_000;
@@ -14,7 +14,7 @@ const STEPS: usize = 10_000;
 /// The computer's processors.
 #[derive(Debug, Default)]
 pub struct Processors {
-    /// Most work a second that a thread alone has done so far.
+    /// Largest work a second by a thread alone so far.
     alone: f64,
 }
 
@@ -51,7 +51,7 @@ pub fn have_sha256() -> bool {
     have
 }
 
-/// The work of several threads, relative to that of as many that each do what one does alone.
+/// Returns the work of several threads, relative to that of as many threads that each do the work of one alone.
 fn share(alone: f64, together: &[f64]) -> f64 {
     let expected = alone * together.len() as f64;
     (together.iter().sum::<f64>() / expected).min(1.0)

@@ -14,7 +14,7 @@ pub struct Table {
 #[derive(Debug, PartialEq)]
 struct Release {
     name: String,
-    /// In the order of [`FIGURES`].
+    /// Ratio of each figure, in the order of [`FIGURES`].
     ratios: Vec<Option<f64>>,
 }
 

@@ -1,9 +1,9 @@
 //! Hand-overs between threads in every order of their steps and with every value that the memory model allows: the
 //! source files of the monitor and the recorder, compiled with the types of a model checker (loom).
 //!
-//! What is modelled: the alarm on its way to the disk, and the messages that wait for the recorder's disk. The queue of
-//! printed verdicts is a crate (`rtrb`) that is modelled by its authors; its end follows the same rule as that of the
-//! recorder: look whether the end was told, and only then empty the queue.
+//! The models cover the alarm on its way to the disk, and the messages that wait for the recorder's disk. The queue of printed
+//! verdicts is a crate (`rtrb`) that is modelled by its authors; its end follows the same rule as that of the recorder: look
+//! whether the end was told, and only then empty the queue.
 
 #![allow(dead_code, reason = "a model uses a part of each file")]
 

@@ -74,7 +74,7 @@ fn what_could_not_be_written_keeps_its_place() {
     written(|look| look == 0);
 }
 
-/// The model finds what the rule excludes: a writer that looks at the queue first loses messages.
+/// The model finds the error that the rule excludes: a writer that looks at the queue first loses messages.
 #[test]
 #[should_panic(expected = "lost at the end")]
 fn emptying_the_queue_before_looking_for_the_end_loses_messages() {

@@ -6,7 +6,7 @@ use tipwatch_mechanics::verdict::limits::{HOLD_NS, PERSISTENT};
 
 use super::followed::{Followed, Lift, Row};
 
-/// A false alarm is one without a lift until so long after its end (s): the horizon of the prediction.
+/// Time after its end within which no lift follows a false alarm (s): the horizon of the prediction.
 const AFTER_S: f64 = 2.0;
 
 /// A kind of alarm.
@@ -60,7 +60,7 @@ pub const KINDS: [Kind; 9] = [
     },
 ];
 
-/// When an alarm was on (s): raised by three rows in succession, released after one second without.
+/// Returns start and end of each alarm (s): raised by three rows in succession, released after one second without.
 #[must_use]
 pub fn episodes(log: &Followed, kind: &Kind) -> Vec<[f64; 2]> {
     let hold_s = HOLD_NS as f64 * 1e-9;
@@ -84,7 +84,7 @@ pub fn episodes(log: &Followed, kind: &Kind) -> Vec<[f64; 2]> {
     found
 }
 
-/// How long before a lift the alarm was raised that was on when it began (s); zero if it came too late, NaN without.
+/// Returns the lead time of the alarm that was on when a lift began (s); zero if the alarm came too late, NaN without an alarm.
 #[must_use]
 pub fn lead_s(log: &Followed, lift: &Lift, kind: &Kind) -> f64 {
     let hold_s = HOLD_NS as f64 * 1e-9;

@@ -15,12 +15,12 @@ use tipwatch_mechanics::{Quantity, State};
 pub const AHEAD_S: [f64; 3] = [0.5, 1.0, 2.0];
 /// A wheel with less than this share of the mean load is off the ground.
 pub const OFF_GROUND: f64 = 0.01;
-/// It has lifted if it is off the ground for so long (s); a bounce is shorter.
+/// Time for which a wheel must be off the ground to have lifted (s); a bounce is shorter.
 const LIFTED_S: f64 = 0.05;
-/// A lift begins where no wheel was off the ground for so long (s).
+/// Time without a wheel off the ground after which a lift begins (s).
 const APART_S: f64 = 1.0;
 
-/// What one row says.
+/// Results of one row, and its errors.
 #[derive(Debug, Clone)]
 pub struct Row {
     /// Time after the first sample of the truth (s).
@@ -29,7 +29,7 @@ pub struct Row {
     pub level: Level,
     /// The plain rate, as the verdict announces it (s); NaN without.
     pub by_rate_s: f64,
-    /// What is predicted by law, as the user gets it: repeated where the program repeats it.
+    /// Prediction by law, as the user gets it: repeated where the program repeats it.
     pub ahead: [Ahead; Law::ALL.len()],
     /// Speed along the ground (m/s); NaN where it is unknown.
     pub speed: f64,
@@ -43,11 +43,11 @@ pub struct Row {
 /// A true lift.
 #[derive(Debug, Clone, Copy)]
 pub struct Lift {
-    /// When it began (s).
+    /// Start of the lift (s).
     pub time_s: f64,
 }
 
-/// A log with what its rows say.
+/// A log with the results of its rows.
 #[derive(Debug)]
 pub struct Followed {
     /// Name of the log.
@@ -159,7 +159,7 @@ impl Followed {
         }
     }
 
-    /// The same log, with other keys of `[prediction]`.
+    /// Returns the log followed again, with other keys of `[prediction]`.
     #[must_use]
     pub fn again(&self, keys: &PredictionSpec) -> Self {
         Self::new(&self.log, Some(keys))

@@ -1,5 +1,5 @@
-//! What a prediction is worth: lead time, false alarms and errors of the loads ahead, compared with simulated ground truth,
-//! beside the plain rate.
+//! Value of a prediction: lead time, false alarms and errors of the loads ahead, compared with simulated ground truth, beside the
+//! plain rate.
 
 pub mod alarms;
 pub mod followed;

@@ -1,4 +1,4 @@
-//! What a machine did when it braked or its arm stopped, beside what was predicted shortly before.
+//! Stops of machines and of their arms, compared with the prediction shortly before.
 
 use std::fmt::Write;
 
@@ -7,10 +7,10 @@ use tipwatch_mechanics::prediction::Law;
 
 use super::followed::{Followed, OFF_GROUND, Row};
 
-/// The prediction is asked so long before a platform and an arm have lost a part of their speed (s): nothing brakes yet. The
-/// arm goes on until then, which the prediction cannot know: its time is shorter.
+/// Time before a platform and an arm have lost a part of their speed at which the prediction is asked (s): nothing brakes yet.
+/// The arm goes on until then, which the prediction cannot know: its time is shorter.
 const BEFORE_S: [f64; 2] = [0.5, 0.2];
-/// Wheels are watched so long after the stop (s).
+/// Time for which wheels are watched after the stop (s).
 const AFTER_S: f64 = 0.3;
 /// A stop that takes longer is none (s): the horizon of the prediction.
 const LONGEST_S: f64 = 2.0;
@@ -18,7 +18,7 @@ const LONGEST_S: f64 = 2.0;
 const BEGINS: f64 = 0.85;
 /// A machine that is slower stands (m/s).
 const STANDS: f64 = 0.1;
-/// It is rest below this share of the greatest.
+/// Share of the greatest speed below which a machine is at rest.
 const RESTS: f64 = 0.1;
 
 /// A speed that falls to zero in a stop.
@@ -31,18 +31,18 @@ pub struct Stop {
     pub law: Law,
     /// The row that is asked.
     pub row: usize,
-    /// When it began and ended (s).
+    /// Start and end of the stop (s).
     pub span_s: [f64; 2],
     /// Greatest deceleration over a tenth of a second (m/s^2; rad/s^2 or m/s^2).
     pub deceleration: f64,
 }
 
-/// What came of a stop, beside what was predicted.
+/// Outcome of a stop, compared with its prediction.
 #[derive(Debug, Clone, Copy)]
 pub struct Score {
-    /// Whether a wheel was off the ground.
+    /// Whether a wheel lifted off the ground during the stop.
     pub lifted: bool,
-    /// Whether that was predicted by the OTF, and by the OTF less two standard deviations.
+    /// Whether a lifted wheel was predicted, by the OTF, and by the OTF less two standard deviations.
     pub predicted: [bool; 2],
     /// Predicted less true load of the wheel that came to carry least, at its least, as a share of the mean load: more than zero
     /// where the prediction said too much.
