@@ -30,6 +30,13 @@ pub(crate) fn readable(name: &str) -> String {
     tipwatch_language::named(name)
 }
 
+/// The text with a large first letter.
+pub(crate) fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().map(|first| first.to_uppercase().to_string());
+    first.unwrap_or_default() + letters.as_str()
+}
+
 /// An input of events in words: "imu.specific_force" is "IMU specific force".
 pub(crate) fn input_in_words(subject: &str) -> String {
     let words = readable(&subject.replace('.', " "));

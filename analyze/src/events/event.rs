@@ -2,6 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use tipwatch_language::word;
 use tipwatch_mechanics::estimation::rotation::RotationWitness;
 use tipwatch_mechanics::machine::FaultKind;
 use tipwatch_mechanics::machine::Policy;
@@ -243,6 +244,13 @@ impl Event {
     /// Whether the event is a part of a fall that was under way when the rows begin: that fall itself, or what happened in it.
     pub(crate) fn is_of_fall_under_way(&self, events: &[Self]) -> bool {
         self.is_under_way || Self::is_in_fall_under_way(events, self.start_ns)
+    }
+
+    /// Returns the sentence that replaces causes and advice for a fall that was under way when the rows begin.
+    pub(crate) fn onset_not_shown() -> &'static str {
+        word!(
+            "The log does not show the onset: what took the load, and what would have prevented it, cannot be told."
+        )
     }
 
     /// Whether a time (ns) lies in a fall that was under way when the rows begin.

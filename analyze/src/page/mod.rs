@@ -19,6 +19,6 @@ pub(crate) use figure::{Figure, Look, MOST_POINTS, Trace, figures, figures_help}
 pub(crate) use glossary::glossary;
 
 pub(crate) use crate::base::number::{
-    band, input_in_words, logs, number, or_dash, percent, probability, readable, short, time,
-    with_band, with_unit,
+    band, capital, input_in_words, logs, number, or_dash, percent, probability, readable, short,
+    time, with_band, with_unit,
 };

@@ -76,13 +76,6 @@ fn told_once(analysis: &Analysis) -> impl Iterator<Item = &Event> {
     events.filter(|event| led_to(&analysis.events, event).is_none())
 }
 
-/// Returns the sentence that replaces causes and advice for a fall that was under way when the rows begin.
-pub(super) fn onset_not_shown() -> &'static str {
-    word!(
-        "The log does not show the onset: what took the load, and what would have prevented it, cannot be told."
-    )
-}
-
 /// Whether no row has loads of a machine that for certain did not tip.
 fn tips_in_all_rows(analysis: &Analysis) -> bool {
     let mut loads = (analysis.rows.reasons.iter())

@@ -7,14 +7,13 @@ use tipwatch_language::{is_english, say, told, word};
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::machine::Wheel;
 
-use super::explanations::onset_not_shown;
 use super::unstated_load;
 use crate::analysis::Analysis;
 use crate::analysis::advice::{Advice, BeforeAfter, SimulatedChange};
 use crate::base::number::number;
 use crate::base::options::ModelKind;
 use crate::events::support_words::SupportWord;
-use crate::events::{Answer, Finding};
+use crate::events::{Answer, Event, Finding};
 use crate::page::{Bar, bars, list, probability, readable, short, table, whole, with_band};
 
 /// Most changes shown in the chart and the table.
@@ -214,7 +213,7 @@ fn without_advice(analysis: &Analysis) -> String {
     if analysis.options.model != ModelKind::WholeBody {
         word!("The chosen model does not simulate changes.").into()
     } else if (analysis.events.iter()).any(|event| event.is_under_way && event.is_fact()) {
-        onset_not_shown().into()
+        Event::onset_not_shown().into()
     } else if events.any(|event| unstated_load::contradicts(analysis, event)) {
         word!("Nothing was simulated: the loads of the machine as stated do not show the event.")
             .into()

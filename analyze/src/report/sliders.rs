@@ -5,7 +5,7 @@ use serde::Serialize;
 use tipwatch_language::{say, word};
 use tipwatch_mechanics::{Machine, Parameter, State};
 
-use super::explanations::{no_derivatives, onset_not_shown};
+use super::explanations::no_derivatives;
 use super::findings::{Scene, incidents};
 use super::unstated_load;
 use crate::analysis::Analysis;
@@ -131,7 +131,7 @@ fn event(analysis: &Analysis) -> Option<(Event, bool)> {
 pub fn sliders(analysis: &Analysis) -> Result<Sliders, String> {
     let gravest = incidents(&analysis.events).into_iter().next();
     if gravest.is_some_and(|incident| incident.gravest().is_under_way) {
-        return Err(onset_not_shown().into());
+        return Err(Event::onset_not_shown().into());
     }
     let (event, is_recorded) = event(analysis).ok_or_else(|| no_derivatives(analysis))?;
     let standing = StandingRows::all(&analysis.machine, &analysis.rows, |_| None);

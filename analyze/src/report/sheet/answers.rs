@@ -12,7 +12,7 @@ use crate::analysis::sensitivity::SensitivityTable;
 use crate::events::split_rule::{is_stated, measured_forces, sharing, split_rule};
 use crate::events::support_words::SupportWord;
 use crate::events::{Bound, Event, EventKind, EventTimes, ShownBy, TIP_OVER_RAD};
-use crate::page::{band, number, percent, probability, with_band};
+use crate::page::{band, capital, number, percent, probability, with_band};
 use crate::report::deciding::Deciding;
 use crate::report::explanations;
 use crate::report::findings::{Incident, Scene, enumerated, input_list};
@@ -616,13 +616,6 @@ fn amount(half_width: f64, unit: &str) -> String {
         "-" => format!("{} %", band(100.0 * half_width)),
         unit => format!("{} {unit}", band(half_width)),
     }
-}
-
-/// The text with a large first letter.
-pub(super) fn capital(text: &str) -> String {
-    let mut letters = text.chars();
-    let first = letters.next().map(|first| first.to_uppercase().to_string());
-    first.unwrap_or_default() + letters.as_str()
 }
 
 /// Describes the missing parts of the log.

@@ -3,9 +3,9 @@
 use tipwatch_language::{say, word};
 use tipwatch_mechanics::machine::{FaultKind, Policy};
 
-use super::answers::capital;
 use crate::analysis::{Analysis, Undecided};
 use crate::events::{Event, EventKind};
+use crate::page::capital;
 use crate::report::findings::input_list;
 
 /// Most signals that are told, the first ones.

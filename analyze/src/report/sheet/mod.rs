@@ -11,7 +11,6 @@ use tipwatch_language::{say, told, word};
 
 pub use doubted::doubted;
 
-use super::explanations::onset_not_shown;
 use super::findings::{BANDS, Incident, Scene, incidents};
 use super::{machine_view, prevention, unstated_load};
 use crate::analysis::Analysis;
@@ -19,7 +18,7 @@ use crate::analysis::calendar::Calendar;
 use crate::base::file_hash::FileHash;
 use crate::base::options::ModelKind;
 use crate::events::support_words::SupportWord;
-use crate::events::{Answer, EventCauses};
+use crate::events::{Answer, Event, EventCauses};
 use crate::page::{facts, number, probability, readable, table, whole};
 
 /// A chance of the same event by another evaluation, from which a reader must know that it is another.
@@ -47,7 +46,7 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
                 (course::figure(analysis, incident))
                 (around::figures(analysis, incident))
                 @if incident.gravest().is_under_way {
-                    div { h3 { (word!("Causes")) } p { (onset_not_shown()) } }
+                    div { h3 { (word!("Causes")) } p { (Event::onset_not_shown()) } }
                 } @else {
                     div.columns { (causes(analysis, incident)) (otherwise(analysis, incident)) (prevented(analysis, incident)) }
                 }

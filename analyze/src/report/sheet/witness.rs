@@ -3,10 +3,10 @@
 use tipwatch_language::{say, word};
 use tipwatch_mechanics::{Quantity, State};
 
-use super::answers::{self, capital, condition, doubt, reserve};
+use super::answers::{self, condition, doubt, reserve};
 use crate::analysis::Analysis;
 use crate::events::{Bound, Event, EventKind, ShownBy};
-use crate::page::{number, with_band};
+use crate::page::{capital, number, with_band};
 use crate::report::findings::{Incident, Scene, enumerated, findings};
 
 /// Most wheels that are told to have left the ground after the first ones.
