@@ -24,7 +24,7 @@ fn analysed(log: &Path, clock: &str) -> Analysis {
 }
 
 fn offset<'a>(analysis: &'a Analysis, topic: &str) -> &'a TopicOffset {
-    let mut topics = analysis.clock.topics.iter();
+    let mut topics = analysis.clock.offsets.topics.iter();
     topics.find(|offset| offset.topic == topic).unwrap()
 }
 
@@ -58,7 +58,7 @@ fn no_offset_in(logs: &[PathBuf]) {
     let mut known = 0;
     for log in logs {
         let analysis = analysed(log, "");
-        for topic in &analysis.clock.topics {
+        for topic in &analysis.clock.offsets.topics {
             let (Some(offset), Some(sigma)) = (topic.offset_s, topic.sigma_s) else {
                 assert!(topic.why_not.as_ref().is_some_and(|why| why.len() > 10));
                 continue;
@@ -143,7 +143,7 @@ fn a_late_cylinder_force_is_detected_from_its_load() {
         analyse(&log, &file, Options::default(), &mut |_| {}).unwrap()
     };
     let late_s = |analysis: &Analysis| {
-        let mut pairs = analysis.clock.pairs.iter();
+        let mut pairs = analysis.clock.offsets.pairs.iter();
         let pair = pairs.find(|pair| pair.topic == "/actuators").unwrap();
         eprintln!("{pair:?}");
         (pair.late_s.unwrap(), pair.sigma_s.unwrap())

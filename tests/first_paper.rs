@@ -98,7 +98,7 @@ fn models_are_compared_wheel_by_wheel() {
         (a.other, b.other),
         (ModelKind::ClosedForm, ModelKind::WholeBody)
     );
-    for (a, b) in a.wheels.iter().zip(&b.wheels) {
+    for (a, b) in a.difference.values().zip(b.difference.values()) {
         assert!((a.mean_n + b.mean_n).abs() < 1e-9 && (a.rms_n - b.rms_n).abs() < 1e-9);
         assert!(
             a.rms_n > 1.0 && a.rms_n < 130.0,

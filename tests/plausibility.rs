@@ -331,7 +331,7 @@ fn reported_faults_leave_computable_rows_unchanged() {
                 .any(|&reason| reasons.has(reason))
         });
         assert_eq!(with_fault.count(), 0, "{}", case.name);
-        assert!(analysis.inputs.iter().all(|i| i.counts.implausible == 0));
+        assert!(analysis.inputs.iter().all(|i| i.samples_implausible == 0));
     }
 }
 

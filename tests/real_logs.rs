@@ -42,7 +42,7 @@ mod needs_shared {
         assert!(told("integrity cannot be verified") && told("implausible values are flagged"));
         let simulated =
             |found: &TopicsFinding| found.finding.kind == ClockFindingKind::SimulationTime;
-        let found = analysis.clock_findings.iter().find(|f| simulated(f));
+        let found = analysis.clock.findings.iter().find(|f| simulated(f));
         assert_eq!(found.unwrap().topics.len(), analysis.inputs.len());
         // its stamps are no dates, and its report has that of the recorder
         let facts = LogFacts::of(&analysis, &[], Vec::new());

@@ -403,7 +403,7 @@ fn rows_as_supposed_follow_the_measured_forces() {
     let least = |analysis: &Analysis| {
         let wheels = analysis.digest.wheels.iter();
         wheels
-            .map(|wheel| wheel.least_otf.unwrap().1)
+            .map(|wheel| wheel.least_otf_n.unwrap())
             .collect::<Vec<_>>()
     };
     let ([recorded, unchanged], reply) = with(None, &[("luff", 0.0)]);
@@ -525,7 +525,7 @@ fn a_tipping_by_the_loads_is_judged_in_its_worst_row() {
 fn least_otf(analysis: &Analysis) -> f64 {
     let found = &analysis.digest.wheels[2];
     assert_eq!(analysis.machine.wheels()[2].name, "RL");
-    found.least_otf.unwrap().1
+    found.least_otf_n.unwrap()
 }
 
 #[test]
@@ -704,11 +704,10 @@ fn level_ground_that_was_level_is_what_was_recorded() {
         level: true,
         ..Suppositions::default()
     };
-    let least = |analysis: &Analysis| -> Vec<(i64, f64)> {
+    let least = |analysis: &Analysis| -> Vec<[f64; 2]> {
         let wheels = analysis.digest.wheels.iter();
         wheels
-            .map(|wheel| wheel.least_otf.unwrap())
-            .map(|(row, n)| (row as i64, n))
+            .map(|wheel| [wheel.least_otf_s.unwrap(), wheel.least_otf_n.unwrap()])
             .collect()
     };
     let log = data("hard_brake.mcap");

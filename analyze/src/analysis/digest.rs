@@ -1,18 +1,20 @@
 //! Key figures of all rows, which summary, policy and report state.
 
+use schemars::JsonSchema;
+use serde::Serialize;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::{Quantity, State};
 
-use super::margin::{MarginPass, Margins};
+use super::study::{Block, StudiedLog, Study};
+use crate::base::number::known;
 use crate::base::rows::Rows;
-use crate::base::table::Table;
 use crate::events::split_rule::is_open;
 
 /// Rows in which an attitude is looked for, evenly spread.
 const LOOKED_AT: usize = 50;
 
 /// Key figures of all rows.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Digest {
     /// Number of valid rows.
     pub valid_rows: usize,
@@ -20,8 +22,6 @@ pub struct Digest {
     pub doubted_rows: usize,
     /// Figures of each wheel over the valid rows.
     pub wheels: Vec<WheelDigest>,
-    /// The margins.
-    pub margins: Margins,
     /// Row and wheel of the smallest load compared with the load at rest; `None` if no valid row has loads.
     pub lightest: Option<(usize, usize)>,
     /// Median width of the envelopes as a share of the loads at rest; 0 where it is unknown.
@@ -31,29 +31,42 @@ pub struct Digest {
 }
 
 /// Figures of a wheel over the valid rows.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
+#[schemars(rename = "WheelSummary")]
 pub struct WheelDigest {
-    /// Mean load (N); NaN without a valid row.
-    pub mean_load_n: f64,
+    /// Static load: level, at rest, in the reference posture (N).
+    pub static_load_n: Option<f64>,
+    /// Load below which the wheel is light (N).
+    pub min_load_limit_n: Option<f64>,
+    /// Mean load (N).
+    pub mean_load_n: Option<f64>,
     /// Smallest load (N).
     pub least_load_n: Option<f64>,
+    /// Smallest OTF (N).
+    pub least_otf_n: Option<f64>,
+    /// When that was, after the first row (s).
+    pub least_otf_s: Option<f64>,
     /// Largest load (N).
     pub largest_load_n: Option<f64>,
-    /// Row of the smallest OTF, and that OTF (N).
-    pub least_otf: Option<(usize, f64)>,
+    /// Median of the standard deviation of the load (N); null for models without it.
+    pub median_load_sigma_n: Option<f64>,
     /// The OTF whose band reaches lowest, the first of equal ones; `None` for models without bands.
+    #[serde(skip)]
     pub least_in_band: Option<OtfBand>,
     /// Whether each row with its load has a band: none has one while the machine tips, nor under a model without bands.
+    #[serde(skip)]
     pub is_band_known: bool,
-    /// Median of the standard deviation of the load (N); `None` for models without it.
-    pub median_load_sigma_n: Option<f64>,
     /// The smallest finite load, the first of equal ones.
+    #[serde(skip)]
     pub lowest: Option<LowestLoad>,
     /// Whether another split could have left the wheel without load.
+    #[serde(skip)]
     pub could_unload: bool,
     /// Whether the range of the load over all splits is known in every row.
+    #[serde(skip)]
     pub is_range_known: bool,
     /// Lowest load of the wheel while another split could have brought it below its limit.
+    #[serde(skip)]
     pub open: Option<OpenLoad>,
 }
 
@@ -107,59 +120,43 @@ pub(super) struct DigestPass<'a> {
     /// Rows from one in which an attitude is looked for to the next.
     attitude_step: usize,
     digest: Digest,
-    margins: MarginPass<'a>,
     lightest_share: f64,
     sigmas: Vec<SpreadValues>,
     widths: SpreadValues,
-    /// Valid rows with a load, by wheel.
-    loaded_rows: Vec<usize>,
+    /// By wheel, the number of valid rows with a load, and the sum of these loads (N).
+    loads: Vec<(usize, f64)>,
 }
 
-impl<'a> DigestPass<'a> {
-    pub(super) fn new(
-        machine: &'a Machine,
-        table: &'a Table,
-        min_loads_n: Option<&'a [f64]>,
-    ) -> Self {
-        let margins = MarginPass::new(machine, table);
-        let none = WheelDigest {
-            mean_load_n: 0.0,
-            least_load_n: None,
-            largest_load_n: None,
-            least_otf: None,
-            least_in_band: None,
+impl<'a> Study<'a> for DigestPass<'a> {
+    type Found = Digest;
+
+    fn begin(log: &StudiedLog<'a>) -> Self {
+        let at_rest_n = &log.machine.reference().static_load;
+        let wheel = |wheel: usize| WheelDigest {
+            static_load_n: known(at_rest_n[wheel]),
+            min_load_limit_n: log.min_loads_n.map(|loads| loads[wheel]),
             is_band_known: true,
-            median_load_sigma_n: None,
-            lowest: None,
-            could_unload: false,
             is_range_known: true,
-            open: None,
+            ..WheelDigest::default()
         };
-        let wheels = machine.wheels().len();
+        let wheels = log.machine.wheels().len();
         Self {
-            machine,
-            min_loads_n,
-            attitude_step: (table.len() / LOOKED_AT).max(1),
+            machine: log.machine,
+            min_loads_n: log.min_loads_n,
+            attitude_step: (log.table.len() / LOOKED_AT).max(1),
             digest: Digest {
-                valid_rows: 0,
-                doubted_rows: 0,
-                wheels: vec![none; wheels],
-                margins: MarginPass::new(machine, table).finish(),
-                lightest: None,
-                open_split: 0.0,
-                has_attitude: false,
+                wheels: (0..wheels).map(wheel).collect(),
+                ..Digest::default()
             },
-            margins,
             lightest_share: f64::INFINITY,
             sigmas: vec![SpreadValues::default(); wheels],
             widths: SpreadValues::default(),
-            loaded_rows: vec![0; wheels],
+            loads: vec![(0, 0.0); wheels],
         }
     }
 
-    /// Takes the next rows.
-    pub(super) fn take(&mut self, rows: &Rows) {
-        self.margins.take(rows);
+    fn take(&mut self, block: &Block<'a>) {
+        let rows = &*block.rows;
         self.look_for_attitude(rows);
         let valid: Vec<usize> = (0..rows.len()).filter(|&row| rows.is_valid(row)).collect();
         self.digest.valid_rows += valid.len();
@@ -170,7 +167,22 @@ impl<'a> DigestPass<'a> {
         }
         self.look_for_lightest(rows, &valid);
     }
+}
 
+impl From<DigestPass<'_>> for Digest {
+    fn from(pass: DigestPass<'_>) -> Self {
+        let mut digest = pass.digest;
+        digest.open_split = pass.widths.middle().unwrap_or(0.0);
+        let wheels = digest.wheels.iter_mut().zip(pass.sigmas);
+        for ((wheel, sigmas), (rows, sum_n)) in wheels.zip(pass.loads) {
+            wheel.mean_load_n = known(sum_n / rows as f64);
+            wheel.median_load_sigma_n = sigmas.middle();
+        }
+        digest
+    }
+}
+
+impl DigestPass<'_> {
     fn take_wheel(&mut self, rows: &Rows, wheel: usize, valid: &[usize]) {
         let column = |quantity| rows.outcomes.column(quantity);
         let (load, otf) = (column(Quantity::Load(wheel)), column(Quantity::Otf(wheel)));
@@ -191,16 +203,16 @@ impl<'a> DigestPass<'a> {
                 // off the ground, while the machine is on other supports
                 continue;
             }
-            self.loaded_rows[wheel] += 1;
-            found.mean_load_n += load_n;
+            let (count, sum_n) = &mut self.loads[wheel];
+            (*count, *sum_n) = (*count + 1, *sum_n + load_n);
             let with = |known: Option<f64>, of: fn(f64, f64) -> f64| {
                 Some(known.map_or(load_n, |known| of(known, load_n)))
             };
             found.least_load_n = with(found.least_load_n, f64::min);
             found.largest_load_n = with(found.largest_load_n, f64::max);
-            let least_otf = found.least_otf;
-            if least_otf.is_none_or(|(_, least)| otf[row].total_cmp(&least).is_lt()) {
-                found.least_otf = Some((rows.first + row, otf[row]));
+            let is_less = |least: f64| otf[row].total_cmp(&least).is_lt();
+            if found.least_otf_n.is_none_or(is_less) {
+                (found.least_otf_n, found.least_otf_s) = (Some(otf[row]), Some(rows.seconds(row)));
             }
             if let Some(sigma) = otf_sigma {
                 let band = OtfBand {
@@ -272,18 +284,6 @@ impl<'a> DigestPass<'a> {
             rows.states.get(row - rows.first, &mut state);
             self.digest.has_attitude |= state.base.up.iter().all(|part| part.is_finite());
         }
-    }
-
-    pub(super) fn finish(self) -> Digest {
-        let mut digest = self.digest;
-        digest.margins = self.margins.finish();
-        digest.open_split = self.widths.middle().unwrap_or(0.0);
-        let wheels = digest.wheels.iter_mut().zip(self.sigmas);
-        for ((wheel, sigmas), rows) in wheels.zip(self.loaded_rows) {
-            wheel.mean_load_n /= rows as f64;
-            wheel.median_load_sigma_n = sigmas.middle();
-        }
-        digest
     }
 }
 

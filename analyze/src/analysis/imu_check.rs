@@ -7,7 +7,12 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3};
 use tipwatch_language::{say, word};
 use tipwatch_mechanics::machine::{Machine, Note, NoteKind};
+use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::{BatchWorkspace, Model, Scope, State, StateColumns, ground_forces};
+
+use super::notes::{NotedLog, Notes};
+use super::study::{KnownRow, StudiedLog, Study};
+use crate::base::rows::Rows;
 
 /// Larger than the slopes on which such machines work (degrees).
 const SUSPICIOUS_DEG: f64 = 20.0;
@@ -21,25 +26,6 @@ const FEWEST_ROWS: usize = 10;
 const MOST_ROWS: usize = 256;
 /// Rows that are evaluated at once.
 const ROWS_AT_ONCE: usize = 64;
-
-/// A note if the IMU's specific force does not point away from the ground.
-#[must_use]
-pub(crate) fn note(machine: &Machine, found: &MountingCheck) -> Option<Note> {
-    let (direction, steady_rows) = found.mean_direction()?;
-    let tilt = direction.z.clamp(-1.0, 1.0).acos().to_degrees();
-    let text = || {
-        say!(
-            "Input fault: the specific force of {steady_rows} steady rows deviates from the normal of the contact plane by {tilt:.0} degrees; expected less than {SUSPICIOUS_DEG:.0}. Mean direction: ({:.2}, {:.2}, {:.2}) forward, left and up. Mounting: \
-             {}. {} Nothing was corrected: loads and findings hold only if the mounting is right.",
-            direction.x,
-            direction.y,
-            direction.z,
-            machine.imu().source,
-            explanation(machine, &direction)
-        )
-    };
-    (tilt > SUSPICIOUS_DEG).then(|| Note::new(NoteKind::InputFault, text()))
-}
 
 /// Directions of the specific force in steady rows, evenly spread.
 #[derive(Debug)]
@@ -56,10 +42,11 @@ pub(crate) struct MountingCheck {
     waiting: usize,
 }
 
-impl MountingCheck {
-    /// Returns the check before the first row.
-    pub(crate) fn new(machine: &Machine) -> Self {
-        let model = Arc::new(Model::WholeBody);
+impl Study<'_> for MountingCheck {
+    type Found = Self;
+
+    fn begin(log: &StudiedLog<'_>) -> Self {
+        let (machine, model) = (log.machine, Arc::new(Model::WholeBody));
         Self {
             workspace: BatchWorkspace::new(machine, Scope::LOADS, &model),
             steady: 0,
@@ -70,9 +57,32 @@ impl MountingCheck {
         }
     }
 
-    /// Takes the state of the next row with a known one. The last row on a machine is followed by
-    /// [`Self::evaluate_waiting`].
-    pub(crate) fn take(&mut self, machine: &Machine, state: &State<f64>) {
+    fn take_row(&mut self, row: &KnownRow<'_>) {
+        // a machine that falls or lies on its side stands on no plane through its contacts
+        let falls = [Reason::Tipping, Reason::SupportsUnknown];
+        if !falls.iter().any(|&reason| row.reasons().has(reason)) {
+            self.take_state(row.machine, row.state);
+        }
+    }
+
+    fn take_part(&mut self, machine: &Machine, _: &Rows) {
+        self.evaluate_waiting(machine);
+    }
+}
+
+impl Notes for MountingCheck {
+    /// A note if the IMU's specific force does not point away from the ground.
+    fn notes(&self, log: &NotedLog<'_>) -> Vec<Note> {
+        let is_checked = log.loaded.matched.sensors.imu && log.is_recorded;
+        let found = self.mean_direction().filter(|_| is_checked);
+        let note = found.and_then(|(direction, rows)| note(log.machine, &direction, rows));
+        note.into_iter().collect()
+    }
+}
+
+impl MountingCheck {
+    /// Takes the state of the next row. The last row on a machine is followed by [`Self::evaluate_waiting`].
+    fn take_state(&mut self, machine: &Machine, state: &State<f64>) {
         let imu = &state.imu;
         let deviation = (imu.specific_force.norm() / machine.gravity() - 1.0).abs();
         if !(deviation < STEADY_SHARE && imu.angular_velocity.norm() < STEADY_RAD_S) {
@@ -107,7 +117,7 @@ impl MountingCheck {
     }
 
     /// Evaluates the rows that wait.
-    pub(crate) fn evaluate_waiting(&mut self, machine: &Machine) {
+    fn evaluate_waiting(&mut self, machine: &Machine) {
         let rows = 0..std::mem::take(&mut self.waiting);
         let forces = ground_forces(machine, &self.states, rows, &mut self.workspace);
         let directions = forces.iter().map(|[force, normal]| {
@@ -125,6 +135,22 @@ impl MountingCheck {
         let sum: Vector3<f64> = known.iter().copied().sum();
         (known.len() >= FEWEST_ROWS).then(|| (sum.normalize(), known.len()))
     }
+}
+
+fn note(machine: &Machine, direction: &Vector3<f64>, steady_rows: usize) -> Option<Note> {
+    let tilt = direction.z.clamp(-1.0, 1.0).acos().to_degrees();
+    let text = || {
+        say!(
+            "Input fault: the specific force of {steady_rows} steady rows deviates from the normal of the contact plane by {tilt:.0} degrees; expected less than {SUSPICIOUS_DEG:.0}. Mean direction: ({:.2}, {:.2}, {:.2}) forward, left and up. Mounting: \
+             {}. {} Nothing was corrected: loads and findings hold only if the mounting is right.",
+            direction.x,
+            direction.y,
+            direction.z,
+            machine.imu().source,
+            explanation(machine, direction)
+        )
+    };
+    (tilt > SUSPICIOUS_DEG).then(|| Note::new(NoteKind::InputFault, text()))
 }
 
 fn plane_from_base(normal: &Vector3<f64>) -> Matrix3<f64> {

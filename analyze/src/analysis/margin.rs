@@ -11,10 +11,10 @@ use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::machine::Parameter;
 use tipwatch_mechanics::{Contribution, Quantity, State};
 
+use super::study::{Block, StudiedLog, Study};
 use crate::base::number::known;
 use crate::base::rows::Rows;
 use crate::base::shared::Shared;
-use crate::base::table::Table;
 
 /// Edges of the bins of [`Exposure::margin_s`]: one below 0, twenty of width 1/20, one above 1.
 pub const HISTOGRAM_EDGES: [f64; 21] = {
@@ -167,12 +167,15 @@ impl Margins {
     }
 }
 
-impl<'a> MarginPass<'a> {
-    pub(super) fn new(machine: &'a Machine, table: &'a Table) -> Self {
-        let has_causes = table.has(Quantity::Contribution(Contribution::ChassisWeight, 0));
+impl<'a> Study<'a> for MarginPass<'a> {
+    type Found = Margins;
+
+    fn begin(log: &StudiedLog<'a>) -> Self {
+        let chassis = Quantity::Contribution(Contribution::ChassisWeight, 0);
+        let has_causes = log.table.has(chassis);
         Self {
-            machine,
-            times_ns: &table.times_ns,
+            machine: log.machine,
+            times_ns: &log.table.times_ns,
             margins: Margins {
                 worst: None,
                 any_split: None,
@@ -185,7 +188,8 @@ impl<'a> MarginPass<'a> {
         }
     }
 
-    pub(super) fn take(&mut self, rows: &Rows) {
+    fn take(&mut self, block: &Block<'a>) {
+        let rows = &*block.rows;
         let wheels = Wheels::of(self.machine, rows);
         let notice_margin = 1.0 - self.machine.limits().notice;
         let max_gap_s = self.machine.estimator().max_gap;
@@ -233,7 +237,15 @@ impl<'a> MarginPass<'a> {
             worst.moment = Some(Moment::of(self.machine, rows, row));
         }
     }
+}
 
+impl From<MarginPass<'_>> for Margins {
+    fn from(pass: MarginPass<'_>) -> Self {
+        pass.margins
+    }
+}
+
+impl MarginPass<'_> {
     /// The margin of a row under any split: the largest load that equilibrium allows the wheel that may have least of it, as
     /// a share of its static load, at most 1. It is 0 where a wheel is off the ground under every split. (The smallest load
     /// says nothing: more than three wheels always have a split that leaves one of them nothing.)
@@ -278,10 +290,6 @@ impl<'a> MarginPass<'a> {
             moment: None,
         });
         true
-    }
-
-    pub(super) fn finish(self) -> Margins {
-        self.margins
     }
 }
 

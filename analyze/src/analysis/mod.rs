@@ -1,6 +1,7 @@
 //! The analysis of one log. [`run`] takes six `steps`: read, estimate states, prepare the machine, check sensors, evaluate,
 //! study.
 
+mod accelerometer_bias;
 pub mod advice;
 pub(crate) mod calendar;
 pub mod clock;
@@ -8,7 +9,7 @@ pub mod coverage;
 pub mod digest;
 mod estimate;
 pub(crate) mod evaluation;
-mod folds;
+mod gather;
 mod ground;
 pub mod health;
 mod imu_check;
@@ -16,10 +17,13 @@ pub mod inputs;
 pub mod margin;
 pub mod measured_loads;
 mod measured_log;
+mod measured_torques;
 pub mod model_comparison;
 pub mod monte_carlo;
 mod notes;
+mod of_events;
 pub mod payload;
+mod posture_range;
 mod prediction;
 mod provenance;
 pub mod quasi_static;
@@ -32,8 +36,13 @@ mod size;
 pub(crate) mod standing_rows;
 mod state_blocks;
 mod steps;
+mod studies;
+mod study;
+#[cfg(test)]
+mod study_example;
 mod supports;
 mod task;
+mod tested_signs;
 pub mod undecided;
 pub mod unstated_load;
 mod verdicts;

@@ -8,10 +8,11 @@ use serde::Serialize;
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
 use tipwatch_language::{say, word};
-use tipwatch_mechanics::machine::{MOST_MASSES, Machine, MassSignal, PayloadQuantity};
+use tipwatch_mechanics::machine::{MOST_MASSES, Machine, MassSignal, Note, PayloadQuantity};
 use tipwatch_mechanics::state::{NumberKind, Reason, Sensor};
 use tipwatch_mechanics::{ForceQuality, MeasuredForce, State, estimate_payload};
 
+use super::notes::{NotedLog, Notes};
 use crate::base::error_text::error_text;
 use crate::base::estimated::EstimatedRows;
 use crate::base::number::short;
@@ -39,6 +40,21 @@ pub struct EstimatedPayload {
     pub residual_n: f64,
     /// Number of samples used.
     pub samples: usize,
+}
+
+impl Notes for Vec<EstimatedPayload> {
+    fn notes(&self, _: &NotedLog<'_>) -> Vec<Note> {
+        let found = self.iter().map(|found| {
+            say!(
+                "Payload {}: its mass was estimated as {:.0} kg (standard deviation {:.0} kg), from the force of linkage {}.",
+                found.payload,
+                found.mass_kg,
+                found.sigma_kg,
+                found.linkage
+            )
+        });
+        found.map(Note::from).collect()
+    }
 }
 
 /// Gives the rows the masses that signals state, unless the causal estimator has. A row whose sample is missing or too old has

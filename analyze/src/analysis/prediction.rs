@@ -3,10 +3,12 @@
 use std::fmt::Write;
 
 use tipwatch_language::{is_english, named, say, word};
-use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::machine::{Machine, Note};
 use tipwatch_mechanics::prediction::{Law, PredictedNumber};
 use tipwatch_mechanics::verdict::limits::{HOLD_NS, PERSISTENT};
 
+use super::notes::{NotedLog, Notes};
+use super::study::{StudiedLog, Study};
 use crate::base::predicted::LawColumns;
 use crate::base::rows::Rows;
 
@@ -40,9 +42,14 @@ struct Foreseen {
     cause: Option<&'static str>,
 }
 
-impl PredictionSeen {
-    /// Takes the next rows.
-    pub(crate) fn take(&mut self, rows: &Rows) {
+impl Study<'_> for PredictionSeen {
+    type Found = Self;
+
+    fn begin(_: &StudiedLog<'_>) -> Self {
+        Self::default()
+    }
+
+    fn take_part(&mut self, _: &Machine, rows: &Rows) {
         let verdicts = rows.verdicts.as_ref();
         let Some(predictions) = verdicts.and_then(|verdicts| verdicts.predictions.as_ref()) else {
             return;
@@ -58,12 +65,14 @@ impl PredictionSeen {
             }
         }
     }
+}
 
-    /// A note; `None` if nothing was predicted.
-    pub(crate) fn note(&self, machine: &Machine) -> Option<String> {
+impl Notes for PredictionSeen {
+    fn notes(&self, log: &NotedLog<'_>) -> Vec<Note> {
         if self.laws.iter().all(|law| law.known_rows == 0) {
-            return None;
+            return Vec::new();
         }
+        let machine = &log.loaded.machine;
         let spec = machine.prediction();
         let mut text = say!(
             "Prediction over {} s, of assumed motions, not of what the operator would have done.",
@@ -77,7 +86,7 @@ impl PredictionSeen {
             };
             let _ = write!(text, " {assumed}: {}.", seen.text(machine));
         }
-        Some(text)
+        vec![text.into()]
     }
 }
 

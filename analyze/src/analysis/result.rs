@@ -2,15 +2,16 @@
 
 use std::sync::Arc;
 
+use schemars::JsonSchema;
+use serde::Serialize;
 use tipwatch_ingest::{FileTransfer, Losses, StampCorrection, TopicTiming};
-use tipwatch_mechanics::estimation::ShownNoise;
 use tipwatch_mechanics::machine::{Machine, Note};
-use tipwatch_mechanics::state::StreamCounts;
 
 use super::advice::Advice;
-use super::clock::{ClockOffsets, text::TopicsFinding};
+use super::clock::text::Clocks;
 use super::coverage::Coverage;
 use super::digest::Digest;
+use super::margin::Margins;
 use super::measured_loads::LoadComparison;
 use super::model_comparison::ModelComparison;
 use super::monte_carlo::MonteCarlo;
@@ -54,6 +55,8 @@ pub struct Analysis {
     pub rows: Table,
     /// Key figures of all rows.
     pub digest: Digest,
+    /// The margins.
+    pub margins: Margins,
     /// Share of the log's time that could be computed.
     pub coverage: Coverage,
     /// Load below which each wheel is light (N); `None` if unknown.
@@ -74,10 +77,8 @@ pub struct Analysis {
     pub monte_carlo: Option<MonteCarlo>,
     /// Payload masses estimated from cylinder forces.
     pub payloads: Vec<EstimatedPayload>,
-    /// Offsets between the clocks of topics, estimated from the physics.
-    pub clock: ClockOffsets,
-    /// Anomalies of the clocks.
-    pub clock_findings: Vec<TopicsFinding>,
+    /// The clocks: anomalies, and offsets between topics.
+    pub clock: Clocks,
     /// Comparison with each other model, or why it cannot be computed.
     pub comparisons: Vec<Result<ModelComparison, String>>,
     /// Measured wheel loads.
@@ -116,11 +117,13 @@ pub struct Sources {
 }
 
 /// A signal and its topic.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[schemars(rename = "InputSummary")]
 pub struct Input {
     /// "joint_states", "imu", "odometry" or "tool_wrench".
     pub signal: &'static str,
     /// The name that tells it from the others, and that its events have: "imu", "actuator.lift".
+    #[serde(skip)]
     pub subject: String,
     /// Name of the topic.
     pub topic: String,
@@ -129,15 +132,35 @@ pub struct Input {
     /// Reason why this topic was chosen.
     pub why: String,
     /// Time stamp of the messages that is used, and the reason.
+    #[serde(skip)]
     pub clock: String,
+    /// Samples used.
+    pub samples_used: u64,
+    /// Samples with a stamp not later than the preceding one.
+    pub samples_not_later: u64,
+    /// Samples with a value that is not finite.
+    pub samples_not_finite: u64,
+    /// Implausible samples, rejected in part or given less weight.
+    pub samples_implausible: u64,
+    /// Messages that could not be decoded.
+    #[serde(rename = "messages_undecodable")]
+    pub undecodable: u64,
+    /// The noise that its samples show; empty where `[estimator]` keeps the stated one.
+    pub noise: Vec<InputNoise>,
     /// Its stamps: rates, gaps, offsets.
     pub timing: TopicTiming,
     /// Correction that maps its stamps to the clock of the log.
     pub correction: StampCorrection,
-    /// Counts of used and skipped samples.
-    pub counts: StreamCounts,
-    /// The noise that its samples show, beside the stated one.
-    pub noise: Vec<ShownNoise>,
-    /// Messages that could not be decoded.
-    pub undecodable: u64,
+}
+
+/// Noise of a signal.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[schemars(rename = "NoiseSummary")]
+pub struct InputNoise {
+    /// Key of `[estimator]` that states it.
+    pub key: &'static str,
+    /// As stated, in the unit of the key.
+    pub stated: f64,
+    /// As the samples show it, which the estimates and their bands rest on.
+    pub shown: f64,
 }

@@ -8,7 +8,7 @@ use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
 
 use super::advice::Hypothesis;
-pub use super::folds::{Prepared, RowSink};
+pub use super::gather::{Prepared, RowSink};
 use super::steps::{CheckedLog, EstimatedLog, EvaluatedLog, PreparedMachine, ReadLog, study};
 use super::task::Task;
 use crate::analysis::Analysis;

@@ -210,13 +210,13 @@ impl LogFacts {
             coverage: analysis.coverage,
             gross_inputs: analysis.gross_inputs_in_words(),
             doubts,
-            worst: analysis.digest.margins.worst.clone(),
+            worst: analysis.margins.worst.clone(),
             margin_any_split: match analysis.events.iter().any(lifts_under_any_split) {
                 true => Some(0.0),
-                false => analysis.digest.margins.any_split,
+                false => analysis.margins.any_split,
             },
-            largest_utilisation: analysis.digest.margins.largest_utilisation,
-            exposure: (analysis.digest.margins).exposure(analysis.coverage.covered_s),
+            largest_utilisation: analysis.margins.largest_utilisation,
+            exposure: (analysis.margins).exposure(analysis.coverage.covered_s),
             wheels: (0..analysis.machine.wheels().len())
                 .map(|wheel| wheel_facts(analysis, wheel))
                 .collect(),
@@ -366,8 +366,8 @@ fn wheel_facts(analysis: &Analysis, wheel: usize) -> WheelFacts {
     let found = &analysis.digest.wheels[wheel];
     WheelFacts {
         name: analysis.machine.wheels()[wheel].name.to_lowercase().into(),
-        static_load_n: known(analysis.machine.reference().static_load[wheel]),
-        least_otf_n: found.least_otf.map(|(_, otf_n)| otf_n),
+        static_load_n: found.static_load_n,
+        least_otf_n: found.least_otf_n,
         least_load_n: found.least_load_n,
         largest_load_n: found.largest_load_n,
     }

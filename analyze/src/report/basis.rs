@@ -272,7 +272,7 @@ fn of_log(analysis: &Analysis) -> Vec<String> {
     let unused: u64 = analysis
         .inputs
         .iter()
-        .map(|input| input.counts.implausible)
+        .map(|input| input.samples_implausible)
         .sum();
     if unused > 0 {
         found.push(say!("{unused} samples were implausible."));

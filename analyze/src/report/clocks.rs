@@ -10,7 +10,7 @@ use crate::page::{or_dash, readable, table_of};
 
 /// The section on clocks.
 pub(super) fn clocks(analysis: &Analysis) -> Markup {
-    let findings = &analysis.clock_findings;
+    let findings = &analysis.clock.findings;
     html! {
         @if findings.is_empty() {
             p { (word!("All signals are stamped by one clock, and its stamps are consistent.")) }
@@ -83,7 +83,7 @@ fn stamp_row(input: &Input) -> [(&'static str, String); 10] {
 
 /// Offsets between topics, from the motion that they measure.
 fn offsets(analysis: &Analysis) -> Markup {
-    let clock = &analysis.clock;
+    let clock = &analysis.clock.offsets;
     html! {
         @if let Some(reference) = &clock.reference {
             p {

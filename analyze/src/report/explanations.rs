@@ -178,13 +178,11 @@ pub(super) fn is_by_default(analysis: &Analysis, parameter: Parameter) -> bool {
 
 /// Renders the difference of another model from the chosen one.
 fn difference(analysis: &Analysis, chosen: &str, comparison: &ModelComparison) -> Markup {
-    let wheels = comparison.wheels.iter().zip(analysis.machine.wheels());
-    let cells = wheels.map(|(difference, wheel)| {
+    let cells = analysis.machine.wheels().iter().filter_map(|wheel| {
+        let difference = comparison.difference.get(&wheel.name.to_lowercase())?;
         let of = [difference.mean_n, difference.rms_n, difference.largest_n];
-        [wheel.name.clone()]
-            .into_iter()
-            .chain(of.map(number))
-            .collect()
+        let name = [wheel.name.clone()].into_iter();
+        Some(name.chain(of.map(number)).collect())
     });
     let other = comparison.other.name();
     html! {

@@ -206,7 +206,7 @@ fn input_row(input: &Input) -> [(&'static str, String); 12] {
         (word!("Undecodable"), input.undecodable.to_string()),
         (
             word!("Messages used"),
-            say!("{} of {messages}", input.counts.used),
+            say!("{} of {messages}", input.samples_used),
         ),
     ]
 }

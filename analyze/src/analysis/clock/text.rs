@@ -3,7 +3,9 @@
 use schemars::JsonSchema;
 use tipwatch_ingest::{ClockFinding, Treatment};
 use tipwatch_language::{say, word};
+use tipwatch_mechanics::machine::Note;
 
+use super::super::notes::{NotedLog, Notes};
 use super::offsets::{ClockOffsets, PairOffset, TopicOffset};
 use crate::load::Signal;
 
@@ -49,18 +51,38 @@ impl std::fmt::Display for TopicsFinding {
     }
 }
 
-/// Anomalies of loaded signals.
-#[must_use]
-pub(crate) fn of_signals(signals: &[Signal]) -> Vec<TopicsFinding> {
-    findings(signals.iter().map(|signal| {
-        let found = &signal.recording.reading.findings;
-        (signal.topic.as_str(), found.as_slice())
-    }))
+/// The clocks of a log.
+#[derive(Debug, serde::Serialize, JsonSchema)]
+#[schemars(rename = "ClockSummary")]
+pub struct Clocks {
+    /// Anomalies of the clocks.
+    pub findings: Vec<TopicsFinding>,
+    /// Offsets between the clocks of topics, estimated from the physics.
+    pub offsets: ClockOffsets,
+}
+
+impl Clocks {
+    /// The clocks of loaded signals with these offsets.
+    pub(in crate::analysis) fn new(signals: &[Signal], offsets: ClockOffsets) -> Self {
+        let findings = findings(signals.iter().map(|signal| {
+            let found = &signal.recording.reading.findings;
+            (signal.topic.as_str(), found.as_slice())
+        }));
+        Self { findings, offsets }
+    }
+}
+
+/// Anomalies, relevant offsets, and estimates that contradict each other.
+impl Notes for Clocks {
+    fn notes(&self, _: &NotedLog<'_>) -> Vec<Note> {
+        let findings = self.findings.iter().map(|finding| format!("{finding}."));
+        let offsets = of_offsets(&self.offsets);
+        findings.chain(offsets).map(Note::from).collect()
+    }
 }
 
 /// Notes on relevant offsets, and on estimates that contradict each other.
-#[must_use]
-pub(crate) fn notes(offsets: &ClockOffsets) -> Vec<String> {
+fn of_offsets(offsets: &ClockOffsets) -> Vec<String> {
     let reference = offsets.reference.as_deref().unwrap_or("");
     let topics = offsets.topics.iter();
     let mut notes: Vec<String> = topics

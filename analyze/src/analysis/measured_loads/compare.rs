@@ -1,12 +1,14 @@
 //! The rows at which measured and computed loads are compared.
 
 use rayon::prelude::*;
+use tipwatch_language::say;
 use tipwatch_mechanics::State;
-use tipwatch_mechanics::machine::LoadSensor;
+use tipwatch_mechanics::machine::{LoadSensor, Note};
 use tipwatch_mechanics::studies::measured_loads::{
     ComparedRow, MeasuredRow, RowPlace, TotalRow, compare, measures_supports,
 };
 
+use super::super::notes::{NotedLog, Notes};
 use super::super::quasi_static::StaticRows;
 use super::contradiction::{Contradiction, in_total, of_sensors};
 use super::statistics::{SensorStatistics, statistics};
@@ -51,6 +53,50 @@ impl LoadComparison {
                 event.doubt_by(vec!["measured loads".into()], EITHER);
             }
         }
+    }
+}
+
+/// The notes on measured against computed loads.
+impl Notes for LoadComparison {
+    fn notes(&self, log: &NotedLog<'_>) -> Vec<Note> {
+        let of_sensors = self.sensors.iter().map(|sensor| {
+            let (Some(bias), Some(rms), Some(inside)) =
+                (sensor.bias_n, sensor.rms_n, sensor.inside_2_sigma)
+            else {
+                return say!(
+                    "Measured load {}: no row to compare it with the computed load.",
+                    sensor.sensor
+                );
+            };
+            say!(
+                "Measured load {}: measured minus computed {bias:+.0} N in the mean, {rms:.0} N root mean square over {} \
+                 rows; {:.0} % of them inside two standard deviations of both.",
+                sensor.sensor,
+                sensor.rows,
+                100.0 * inside
+            )
+        });
+        let seconds = |time_ns: i64| (time_ns - log.start_ns) as f64 * 1e-9;
+        let of_spans = self.contradictions.iter().map(|span| {
+            say!(
+                "From t = {:.2} s to {:.2} s measured and computed loads contradict each other, most at {}: measured minus \
+                 computed {:+.0} N, standard deviation of both together {:.0} N{}. {}.",
+                seconds(span.start_ns),
+                seconds(span.end_ns),
+                span.sensor,
+                span.difference_n,
+                span.sigma_n,
+                span.explanation(),
+                span.consequence()
+            )
+        });
+        of_sensors.chain(of_spans).map(Note::from).collect()
+    }
+}
+
+impl Notes for MeasuredLoads {
+    fn notes(&self, _: &NotedLog<'_>) -> Vec<Note> {
+        self.notes.iter().cloned().map(Note::from).collect()
     }
 }
 

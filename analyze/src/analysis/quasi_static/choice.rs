@@ -6,8 +6,9 @@ use anyhow::{Result, bail};
 use tipwatch_language::{say, word};
 use tipwatch_mechanics::Scope;
 use tipwatch_mechanics::estimation::quasi_static::{Sparseness, UnobservedMotion, sparseness};
-use tipwatch_mechanics::machine::QuasiStaticMode;
+use tipwatch_mechanics::machine::{Note, QuasiStaticMode};
 
+use super::super::notes::{NotedLog, Notes};
 use super::static_rows::StaticRows;
 use crate::base::options::{Estimator, ModelKind, Options, QuasiStaticOption};
 use crate::base::table::Table;
@@ -18,6 +19,12 @@ pub(in crate::analysis) struct QuasiStatic {
     pub(in crate::analysis) rows: Arc<StaticRows>,
     /// Notes: why rows are static, the assumptions about the motion, and those that the log contradicts.
     pub(in crate::analysis) notes: Vec<String>,
+}
+
+impl Notes for QuasiStatic {
+    fn notes(&self, _: &NotedLog<'_>) -> Vec<Note> {
+        self.notes.iter().cloned().map(Note::from).collect()
+    }
 }
 
 /// Makes the rows of a log static if its data or the user ask for it.

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::machine::Machine;
 
-use crate::base::rows::Rows;
+use super::super::study::{Block, StudiedLog, Study};
 use crate::base::table::Table;
 use crate::events::{Event, EventKind};
 
@@ -46,23 +46,26 @@ pub(in crate::analysis) struct ExclusionPass<'a> {
     events: Vec<Event>,
 }
 
-impl<'a> ExclusionPass<'a> {
-    pub(in crate::analysis) fn new(machine: &'a Machine, table: &'a Table) -> Self {
+impl<'a> Study<'a> for ExclusionPass<'a> {
+    /// The events, and the exclusion; `None` for a log that is not sparse.
+    type Found = (Vec<Event>, Option<Exclusion>);
+
+    fn begin(log: &StudiedLog<'a>) -> Self {
         Self {
-            machine,
-            table,
-            is_sparse: table.has(Quantity::Static),
+            machine: log.machine,
+            table: log.table,
+            is_sparse: log.table.has(Quantity::Static),
             found: Exclusion::default(),
-            open: vec![None; machine.wheels().len()],
+            open: vec![None; log.machine.wheels().len()],
             events: Vec::new(),
         }
     }
 
-    /// Takes the next rows.
-    pub(in crate::analysis) fn take(&mut self, rows: &Rows) {
+    fn take(&mut self, block: &Block<'a>) {
         if !self.is_sparse {
             return;
         }
+        let rows = &block.rows;
         let is_static = rows.outcomes.column(Quantity::Static);
         let wheels = 0..self.open.len();
         let least: Vec<&[f64]> = wheels
@@ -97,7 +100,16 @@ impl<'a> ExclusionPass<'a> {
             }
         }
     }
+}
 
+impl From<ExclusionPass<'_>> for (Vec<Event>, Option<Exclusion>) {
+    fn from(mut pass: ExclusionPass<'_>) -> Self {
+        pass.events.extend(pass.open.into_iter().flatten());
+        (pass.events, pass.is_sparse.then_some(pass.found))
+    }
+}
+
+impl ExclusionPass<'_> {
     /// Whether a wheel is one of the supports of a row; without a known set, none is.
     fn is_on_ground(&self, wheel: usize, row: usize) -> bool {
         let Some(supports) = self.table.supports() else {
@@ -127,11 +139,5 @@ impl<'a> ExclusionPass<'a> {
         if is_worse || least_n < event.worst {
             (event.worst, event.worst_ns) = (least_n, time_ns);
         }
-    }
-
-    /// Returns the events and the exclusion; `None` for a log that is not sparse.
-    pub(in crate::analysis) fn finish(mut self) -> (Vec<Event>, Option<Exclusion>) {
-        self.events.extend(self.open.into_iter().flatten());
-        (self.events, self.is_sparse.then_some(self.found))
     }
 }

@@ -26,11 +26,11 @@ pub(in crate::analysis) struct SampleFindings {
     /// Grossly wrong inputs. While there is any, no row is valid.
     pub(super) gross_inputs: Vec<GrossInput>,
     /// Reason why the slope of the ground is unknown, if it is.
-    pub(super) note_on_slope: Option<String>,
+    pub(super) note_on_slope: Option<Note>,
     /// Note that nothing tests the mounting of the IMU, if nothing does.
     pub(super) untested_mounting: Option<Note>,
     /// Note on the ground that gave way under the standing machine, with the time, if it did.
-    pub(super) note_on_ground: Option<String>,
+    pub(super) note_on_ground: Option<Note>,
     pub(super) health: Vec<SensorHealth>,
 }
 
@@ -44,7 +44,7 @@ impl EstimatedLog {
         let (mut rows, quality, clock) = estimate_on_one_clock(loaded, forces, &task.options)?;
         let rotations = &quality.rotations;
         let gross_inputs = inputs::gross_inputs(&task.log, task.file, loaded, &rows, rotations)?;
-        let note_on_slope = inputs::notes_on_slope(loaded);
+        let note_on_slope = inputs::notes_on_slope(loaded).map(Note::from);
         let untested_mounting = inputs::untested_mounting(loaded);
         let health = health::of(loaded, &quality.counts);
         loaded.check_read()?;

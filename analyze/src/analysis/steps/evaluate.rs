@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use anyhow::Result;
 use tipwatch_binding::Commissioning;
-use tipwatch_mechanics::machine::Commissioned;
+use tipwatch_mechanics::machine::{Commissioned, Note};
 use tipwatch_mechanics::state::Reason;
 
 use super::super::estimate::first_posture;
@@ -112,7 +112,7 @@ impl EvaluatedLog {
             let falls = rotations.iter().filter(|it| it.spell.rested_ns.is_none());
             let falls: Vec<[i64; 2]> = falls.map(FoundRotation::span_ns).collect();
             if let Some(ground) = MovedGround::of(named, &table, &falls) {
-                samples.note_on_ground = ground.note(table.times_ns[0]);
+                samples.note_on_ground = ground.note(table.times_ns[0]).map(Note::from);
                 table.widen_by(Arc::new(ground));
             }
         }

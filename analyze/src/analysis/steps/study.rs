@@ -2,19 +2,20 @@
 
 use anyhow::Result;
 use rayon::prelude::*;
-use tipwatch_mechanics::machine::{Machine, Note, Proofs};
+use tipwatch_mechanics::machine::{Machine, Proofs};
 use tipwatch_mechanics::state::StreamCounts;
 
 use super::super::advice::{Advice, advise, ask_all};
-use super::super::clock::{self, text::TopicsFinding};
+use super::super::clock::text::Clocks;
 use super::super::estimate::SignalQuality;
-use super::super::folds::{Gathered, Prepared, RowSink, gather};
-use super::super::imu_check;
-use super::super::notes;
+use super::super::gather::{Prepared, RowSink, gather};
+use super::super::monte_carlo::DrawnMachines;
+use super::super::notes::{Assumptions, NotedLog, Notes, UnusedMessages};
 use super::super::provenance::provenance;
-use super::super::quasi_static::QuasiStatic;
-use super::super::sensitivity::SensitivityTable;
+use super::super::result::InputNoise;
+use super::super::sensitivity::{SensitivityPass, SensitivityTable};
 use super::super::standing_rows::StandingRows;
+use super::super::study::StudiedLog;
 use super::super::task::Task;
 use super::super::unstated_load::{self, ExplainedFall};
 use super::check::CheckedLog;
@@ -24,7 +25,7 @@ use super::prepare::PreparedMachine;
 use super::read::ReadLog;
 use crate::analysis::{Analysis, Coverage, Input, Sources};
 use crate::base::table::Table;
-use crate::events::{self, Event, FoundRotation, ShownBy, Stories};
+use crate::events::{self, Event, FoundRotation, LowestOtf, ShownBy, Stories};
 use crate::load::LoadedLog;
 
 /// Default limit of a light wheel, as a share of its static load.
@@ -61,19 +62,26 @@ pub(in crate::analysis) fn study<S: RowSink>(
     let min_loads_n = min_loads(machine);
     let mut input_events = events::of_inputs(&loaded, &samples.quality.faults, &table);
     input_events.extend(checked.contradicted);
-    let at_start = Prepared {
+    let mut sink = begin(&Prepared {
         machine,
         table: &table,
         options: &task.options,
         input_events: &input_events,
         measured_loads: &prepared.measured_loads,
-    };
-    let mut sink = begin(&at_start)?;
+    })?;
+    let drawn = (task.options.monte_carlo).map(|draws| DrawnMachines::new(machine, draws));
     let standing = StandingRows::all(machine, &table, min_loads);
-    let limits = min_loads_n.as_deref();
-    let mut gathered = gather(
-        at_start, limits, &standing, &rotations, scope, &others, &mut sink,
-    )?;
+    let studied = StudiedLog {
+        machine,
+        table: &table,
+        scope,
+        min_loads_n: min_loads_n.as_deref(),
+        standing: &standing,
+        rotations: &rotations,
+        measured_loads: &prepared.measured_loads,
+        others: &others,
+    };
+    let found = gather(&studied, drawn.as_ref(), &mut sink)?;
     drop(standing);
     let provenance = provenance(
         &task.log,
@@ -83,14 +91,13 @@ pub(in crate::analysis) fn study<S: RowSink>(
         commissioning.as_ref(),
     )?;
     table.check()?;
-    table.reasons = std::mem::take(&mut gathered.reasons);
+    table.reasons = found.reasons;
     let mut coverage = Coverage::of(&loaded, &table, &rotations, &task.options);
-    let exclusion = gathered.exclusion.as_ref();
+    let (not_excluded, exclusion) = found.exclusion;
     coverage.between_rows = exclusion.map(|found| found.within(coverage.covered_s));
     // what is only possible has no lead time
-    input_events.append(&mut gathered.not_excluded);
-    let found = std::mem::take(&mut gathered.events);
-    let mut events = all_events(machine, found, input_events, &rotations);
+    input_events.extend(not_excluded);
+    let mut events = all_events(machine, found.events.all, input_events, &rotations);
     checked.load_comparison.weigh(&mut events);
     // with the reasons that the events added
     let standing = StandingRows::all(machine, &table, min_loads);
@@ -122,23 +129,45 @@ pub(in crate::analysis) fn study<S: RowSink>(
     let mut turning = turning.into_iter();
     let turning =
         turning.find(|turning| !turning.is_known(&events) && events::may_be_fall(turning, &table));
-    let (sensitivity, advice) = told.prevent(&gathered, &explained_falls, &events);
+    let tables = told.sensitivities(&found.sensitivity);
+    let lowest = found.events.lowest.as_ref();
+    let advice = told.prevent(&tables, lowest, &found.postures, &explained_falls, &events);
+    let sensitivity = (tables.into_iter().flatten())
+        .min_by(|one, other| one.worst_share.total_cmp(&other.worst_share));
     drop(standing);
-    let clock_findings = clock::text::of_signals(&loaded.signals);
-    let mut notes = all_notes(
-        task,
-        &loaded,
-        quasi_static.as_ref(),
-        &prepared,
-        &samples,
-        &gathered,
-        &clock_findings,
-    );
-    let start_ns = table.times_ns[0];
-    let on_loads =
-        notes::of_measured_loads(&prepared.measured_loads, &checked.load_comparison, start_ns);
-    notes.extend(on_loads.into_iter().map(Note::from));
+    let monte_carlo = drawn.map(|drawn| drawn.finish(machine, found.bands));
     let inputs = inputs(&loaded, &samples);
+    let clock = Clocks::new(&loaded.signals, samples.clock);
+    let shown = samples.quality.shown.last();
+    let of_zeros = shown.and_then(|(_, shown)| found.signs.of_zeros(&loaded.machine, *shown));
+    // those that concern every number first
+    let told: [&dyn Notes; 18] = [
+        &found.mounting,
+        &samples.note_on_slope,
+        &samples.note_on_ground,
+        &quasi_static,
+        &Assumptions,
+        &found.torques,
+        &found.bias,
+        &found.signs,
+        &found.predictions,
+        &UnusedMessages,
+        &clock,
+        &prepared.payloads,
+        &loaded.losses,
+        &of_zeros,
+        &samples.untested_mounting,
+        &samples.quality.noise,
+        &*prepared.measured_loads,
+        &checked.load_comparison,
+    ];
+    let noted = NotedLog {
+        loaded: &loaded,
+        machine: prepared.named(&loaded.machine),
+        is_recorded: task.is_recorded(),
+        start_ns: table.times_ns[0],
+    };
+    let notes = told.iter().flat_map(|found| found.notes(&noted)).collect();
     let log_times = loaded
         .signals
         .first()
@@ -161,7 +190,8 @@ pub(in crate::analysis) fn study<S: RowSink>(
         losses: loaded.losses,
         gross_inputs: samples.gross_inputs,
         rows: table,
-        digest: gathered.digest,
+        digest: found.digest,
+        margins: found.margins,
         coverage,
         min_loads_n,
         events,
@@ -170,11 +200,10 @@ pub(in crate::analysis) fn study<S: RowSink>(
         sensitivity,
         advice,
         explained_falls,
-        monte_carlo: gathered.monte_carlo,
+        monte_carlo,
         payloads: prepared.payloads,
-        comparisons: gathered.comparisons,
-        clock: samples.clock,
-        clock_findings,
+        comparisons: found.comparisons,
+        clock,
         measured_loads: prepared.measured_loads,
         load_comparison: checked.load_comparison,
         log_times: log_times.unwrap_or_default(),
@@ -206,33 +235,33 @@ impl Told<'_> {
         falls
     }
 
-    /// Derivatives of the loads where they change most, and the changes that would have prevented the worst event.
+    /// Derivatives of the loads where they change most, on each set of supports.
+    fn sensitivities(&self, passes: &[SensitivityPass]) -> Vec<Option<SensitivityTable>> {
+        let passes = passes.iter().zip(self.standing);
+        passes
+            .map(|(pass, standing)| pass.table(standing, self.stories.machine))
+            .collect()
+    }
+
+    /// The changes that would have prevented the worst event.
     fn prevent(
         &self,
-        gathered: &Gathered,
+        sensitivities: &[Option<SensitivityTable>],
+        lowest: Option<&LowestOtf>,
+        postures: &[[f64; 2]],
         falls: &[ExplainedFall],
         events: &[Event],
-    ) -> (Option<SensitivityTable>, Option<Advice>) {
-        let passes = gathered.sensitivity.iter().zip(self.standing);
-        let tables: Vec<Option<SensitivityTable>> = passes
-            .map(|(pass, standing)| pass.table(standing))
-            .collect();
+    ) -> Option<Advice> {
         // what would have kept another machine on its wheels is no advice for the one that fell
         let is_as_stated = falls.iter().all(ExplainedFall::is_as_stated);
-        let lowest = gathered.lowest.as_ref().filter(|lowest| {
+        let lowest = lowest.filter(|lowest| {
             // nor is what follows an onset that the log does not show
             let at_ns = self.table.times_ns[lowest.row];
             is_as_stated && !Event::is_in_fall_under_way(events, at_ns)
-        });
-        let advice = lowest.and_then(|lowest| {
-            let place = StandingRows::place_of(lowest.row, self.table)?;
-            let (standing, sensitivities) = (self.standing.get(place)?, tables.get(place)?);
-            let positions = &gathered.seen.positions;
-            advise(standing, events, lowest, sensitivities.as_ref()?, positions)
-        });
-        let worst = (tables.into_iter().flatten())
-            .min_by(|one, other| one.worst_share.total_cmp(&other.worst_share));
-        (worst, advice)
+        })?;
+        let place = StandingRows::place_of(lowest.row, self.table)?;
+        let (standing, sensitivities) = (self.standing.get(place)?, sensitivities.get(place)?);
+        advise(standing, events, lowest, sensitivities.as_ref()?, postures)
     }
 }
 
@@ -266,61 +295,29 @@ fn all_events(
     events::sorted(machine, found, others)
 }
 
-/// Returns the notes for the reader, those that concern every number first.
-fn all_notes(
-    task: &Task<'_>,
-    loaded: &LoadedLog,
-    quasi_static: Option<&QuasiStatic>,
-    prepared: &PreparedMachine,
-    samples: &SampleFindings,
-    gathered: &Gathered,
-    clock_findings: &[TopicsFinding],
-) -> Vec<Note> {
-    let seen = &gathered.seen;
-    let is_imu_checked = loaded.matched.sensors.imu && task.is_recorded();
-    let mounting =
-        is_imu_checked.then(|| imu_check::note(prepared.named(&loaded.machine), &seen.mounting));
-    let on_slope = samples
-        .note_on_slope
-        .iter()
-        .chain(&samples.note_on_ground)
-        .cloned();
-    let static_rows = quasi_static
-        .into_iter()
-        .flat_map(|found| found.notes.iter().cloned());
-    let of_log = notes::of(
-        loaded,
-        &prepared.payloads,
-        clock_findings,
-        &samples.clock,
-        seen,
-    );
-    let of_noise = notes::of_noise(&samples.quality.noise);
-    let shown = samples.quality.shown.last();
-    let of_zeros = shown.and_then(|(_, shown)| notes::of_zeros(&loaded.machine, seen, *shown));
-    let first = mounting.into_iter().flatten();
-    let first = first.chain(on_slope.chain(static_rows).map(Note::from));
-    first
-        .chain(of_log)
-        .chain(of_zeros)
-        .chain(samples.untested_mounting.clone())
-        .chain(of_noise.map(Note::from))
-        .collect()
-}
-
 /// The signals used, with the quality of their recording.
 fn inputs(loaded: &LoadedLog, samples: &SampleFindings) -> Vec<Input> {
     let SignalQuality { counts, noise, .. } = &samples.quality;
     let signals = loaded.signals.par_iter().map(|signal| {
         let (reading, sensor) = (&signal.recording.reading, signal.sensor);
         let counts = counts.iter().find(|(of, _)| *of == sensor);
+        let counts = counts.map_or_else(StreamCounts::default, |(_, counts)| *counts);
         let noise = noise.iter().filter(|noise| noise.sensor == sensor);
         Input {
             signal: signal.name,
             subject: signal.subject.clone(),
             clock: format!("{}: {}", reading.clock.source, reading.clock.reason),
-            counts: counts.map_or(StreamCounts::default(), |(_, counts)| *counts),
-            noise: noise.copied().collect(),
+            samples_used: counts.used,
+            samples_not_later: counts.not_later,
+            samples_not_finite: counts.not_finite,
+            samples_implausible: counts.implausible,
+            noise: noise
+                .map(|noise| InputNoise {
+                    key: noise.key,
+                    stated: noise.stated,
+                    shown: noise.shown,
+                })
+                .collect(),
             topic: signal.topic.clone(),
             type_name: signal.type_name.clone(),
             why: signal.why.clone(),

@@ -19,7 +19,7 @@ impl Plotter<'_> {
         let Some(found) = &self.analysis.monte_carlo else {
             return Vec::new();
         };
-        let study = &found.study;
+        let study = found;
         let study_text = say!(
             "95 % of {} random machines with lengths, angles, masses and inertias off by up to {:.0} %",
             study.draws,

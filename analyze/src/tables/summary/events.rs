@@ -2,8 +2,27 @@
 
 use std::collections::BTreeMap;
 
-use super::document::{EventGroup, EventSummary};
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use crate::events::Event;
+
+/// The events of a kind.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct EventGroup<'a> {
+    count: usize,
+    /// The lowest load, the largest moment, rotation or duration, or the fault of most samples; the first of several.
+    worst: EventSummary<'a>,
+}
+
+/// An event, and its start on the clock of the rows.
+#[derive(Debug, Serialize, JsonSchema)]
+struct EventSummary<'a> {
+    /// Start since the first row.
+    start_s: f64,
+    #[serde(flatten)]
+    event: &'a Event,
+}
 
 /// Groups the events by the name of their kind; `first_ns` is the time of the first row.
 pub(super) fn groups(events: &[Event], first_ns: i64) -> BTreeMap<&'static str, EventGroup<'_>> {
