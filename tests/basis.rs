@@ -295,6 +295,38 @@ fn what_no_load_hangs_on_needs_no_proof() {
     assert_eq!(sorted, expected, "{needed:?}");
 }
 
+/// Jacks that measure their forces leave nothing of the split open while the machine stands on them alone: the raised wheels have
+/// no loads to measure.
+// requirement: TW-VERDICT-28
+#[test]
+fn on_measured_jacks_alone_the_ground_needs_no_proof() {
+    let (_folder, path) = machine("crane.mcap", named);
+    commission(&path, &[]);
+    let found = causal("crane.mcap", &path);
+    let rows = found.rows.whole();
+    let verdicts = &rows.verdicts.as_ref().unwrap().verdicts;
+    let mut needed = [(0, 0); 2];
+    for (row, verdict) in verdicts.iter().enumerate() {
+        // it stands on its wheels, and on its outriggers while one of them sinks
+        let at_s = (rows.times_ns[row] - rows.times_ns[0]) as f64 * 1e-9;
+        let place = match at_s {
+            0.6..9.0 => 0,
+            13.5..31.0 => 1,
+            _ => continue,
+        };
+        let (all, open) = &mut needed[place];
+        *all += 1;
+        *open += usize::from(verdict.unproven.has(Proof::Ground));
+    }
+    let [(on_wheels, open_on_wheels), (on_jacks, open_on_jacks)] = needed;
+    assert!(on_wheels > 100 && on_jacks > 100, "{needed:?}");
+    assert_eq!(
+        (open_on_wheels, open_on_jacks),
+        (on_wheels, 0),
+        "{needed:?}"
+    );
+}
+
 /// The answers of a person prove payloads, supports and measured forces once all questions about them are confirmed, and no
 /// fewer.
 // requirement: TW-VERDICT-28
@@ -558,6 +590,14 @@ fn motion_proves_no_wrong_sensor() {
     }
 }
 
+/// Number of notes that name joints whose position is 0 in every sample.
+fn only_zeros(analysis: &Analysis) -> usize {
+    let notes = analysis.notes.iter();
+    notes
+        .filter(|note| note.contains("is exactly 0 in every sample"))
+        .count()
+}
+
 /// Whatever was proven of a joint before: one that has read exactly 0 since the start is not proven, and not safe while a wheel
 /// is lifted. An encoder that nobody reads shows that.
 // requirement: TW-VERDICT-28
@@ -566,6 +606,8 @@ fn commissioned_joints_that_read_zero_from_the_start_are_not_proven() {
     let log = "../../analyze/demo/demo.mcap";
     let lifted = lifted(log);
     assert!(lifted.len() > 50, "{}", lifted.len());
+    let (_folder, path) = machine(log, on_plane_ground);
+    assert_eq!(only_zeros(&causal(log, &path)), 0);
     const ZERO: [fn() -> Edit; 3] = [
         || scaled(&ARM, 0.0),
         || scaled(&["slew"], 0.0),
@@ -583,6 +625,8 @@ fn commissioned_joints_that_read_zero_from_the_start_are_not_proven() {
                 assert_ne!(verdict.level, Level::Safe, "{}", wrong.name);
             }
         }
+        // the reader is told so
+        assert_eq!(only_zeros(&found), 1, "{}", wrong.name);
         let sees_no_fault = |v: &&Verdict| v.basis == Basis::Assumed;
         let assumed = verdicts(&found).iter().filter(sees_no_fault).count();
         println!(

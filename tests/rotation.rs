@@ -284,6 +284,28 @@ fn rotation_and_loads_tell_one_story() {
     assert!(measured.no_return_sigma_rad.unwrap() > 0.0 && measured.no_return_ns.is_some());
 }
 
+/// Gyro and attitude alone date both earlier than the loads do.
+#[test]
+fn rows_tip_from_the_onset_on_that_the_event_tells() {
+    for log in ["tip_over", "forklift"] {
+        let analysis = analysed(&data(&format!("{log}.mcap")), Options::default());
+        let mut events = analysis.events.iter();
+        let tipping = events
+            .find(|it| it.kind == EventKind::EdgeTipping && it.measured_rotation.is_some())
+            .unwrap();
+        let rows = &analysis.rows;
+        let first = rows.at(tipping.start_ns);
+        let verdicts = &rows.whole().verdicts.as_ref().unwrap().verdicts;
+        assert!(rows.reasons[first].has(Reason::Tipping), "{log}");
+        assert!(
+            rows.is_valid(first - 1),
+            "{log}: {:?}",
+            rows.reasons[first - 1]
+        );
+        assert_eq!(verdicts[first].level, Level::Danger, "{log}");
+    }
+}
+
 #[test]
 fn the_point_of_no_return_is_that_of_the_machine_that_explains_the_fall() {
     let log = data("tip_over.mcap");
@@ -387,6 +409,34 @@ fn an_onset_behind_a_hole_is_not_dated_at_the_end_of_the_hole() {
                     "{missing} from {from_s} to {to_s} s: {over:?}"
                 );
             }
+        }
+    }
+}
+
+/// Rows in mid-fall tell neither what took the load nor what would have prevented the fall.
+#[test]
+fn an_onset_in_a_hole_explains_nothing() {
+    let stated = Stated::lighter();
+    let log = stated.log("hole.mcap");
+    let [from_ns, to_ns] = [-1_500_000_000, 500_000_000].map(|off_ns| true_onset_ns() + off_ns);
+    for missing in ["", "/imu/data"] {
+        write_kept(&data("tip_over.mcap"), &log, &|topic, time_ns| {
+            !topic.contains(missing) || !(from_ns..to_ns).contains(&time_ns)
+        });
+        let analysis = analysed_with(&log, &data("tip_over.toml"), Options::default());
+        let over = tip_over(&analysis);
+        assert_eq!(over.start_bound, Bound::AtOrBefore, "{over:?}");
+        for event in analysis
+            .events
+            .iter()
+            .filter(|event| event.start_ns >= over.start_ns)
+        {
+            assert!(event.causes.is_none(), "{event:?}");
+            assert!(event.counterfactuals.is_empty(), "{event:?}");
+        }
+        assert!(analysis.advice.is_none(), "{:?}", analysis.advice);
+        for fall in &analysis.explained_falls {
+            assert!(fall.explanations.is_empty(), "{fall:?}");
         }
     }
 }
@@ -572,6 +622,23 @@ fn a_machine_that_falls_already_in_the_first_rows_lifted_its_wheels_before() {
             assert_onset_unseen(&part, (edge, off), onset_ns);
         }
     }
+}
+
+#[test]
+fn a_wheel_that_is_off_the_ground_before_the_fall_is_not_dated_by_it() {
+    // the first wheel off the edge has lifted before these rows, the fall begins in them
+    let options = Options {
+        from_s: Some(4.0),
+        ..Options::default()
+    };
+    let analysis = analysed(&data("tip_over.mcap"), options);
+    assert!(true_lift_ns("tip_over", "load_rr") < analysis.rows.times_ns[0]);
+    let over = tip_over_of(&analysis, "left");
+    let lifts = analysis.events.iter();
+    let lifts = lifts.filter(|event| event.kind == EventKind::WheelLift && event.subject == "rr");
+    let lift = lifts.min_by_key(|event| event.start_ns).unwrap();
+    assert!(over.start_ns - lift.start_ns > 200_000_000, "{lift:?}");
+    assert_eq!(lift.start_bound, Bound::AtOrBefore, "{lift:?}");
 }
 
 #[test]

@@ -13,7 +13,7 @@ use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::machine::FaultKind;
 use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::verdict::Level;
-use tipwatch_tests::{Values, analysed_with, by, data, write_edited};
+use tipwatch_tests::{Values, analysed_with, by, data, write_edited, write_edited_without};
 
 const LIFT: &str = "lift.mcap";
 const BOTH: [Estimator; 2] = [Estimator::Smoother, Estimator::Causal];
@@ -403,4 +403,66 @@ fn velocities_that_are_always_zero_are_not_measured() {
         };
         assert_eq!(kinds(&zeros), kinds(&unknown), "{estimator:?}");
     }
+}
+
+/// The coupling of an encoder slips, and its speed shows it as motion. The machine stands by then: its platform does not lean.
+fn slips() -> impl FnMut(&str, &mut Values<'_>) {
+    let mut start_ns = None;
+    move |topic, values| {
+        if topic != "/joint_states" {
+            return;
+        }
+        let start_ns = *start_ns.get_or_insert(values.stamp_ns);
+        let since_s = (values.stamp_ns - start_ns) as f64 * 1e-9;
+        let share = ((since_s - 2.5) / 0.25).clamp(0.0, 1.0);
+        let by = 20_f64.to_radians();
+        let moved = by * share * share * (3.0 - 2.0 * share);
+        let rate = by * 6.0 * share * (1.0 - share) / 0.25;
+        values.set("position.slew", values.get("position.slew") + moved);
+        values.set("velocity.slew", values.get("velocity.slew") + rate);
+    }
+}
+
+/// The lifts that begin by then.
+fn lifts_by_slip(analysis: &Analysis) -> impl Iterator<Item = &Event> {
+    let until_ns = analysis.rows.times_ns[0] + 4_000_000_000;
+    let lifts = analysis.events.iter();
+    lifts.filter(move |it| it.kind == EventKind::WheelLift && it.start_ns < until_ns)
+}
+
+#[test]
+fn a_lift_that_the_platform_does_not_show_is_unlikely() {
+    let slipped = with(Estimator::Smoother, &mut slips());
+    let lifts = lifts_by_slip(&slipped);
+    let certainties: Vec<f64> = lifts.filter_map(|lift| lift.certainty).collect();
+    assert!(!certainties.is_empty());
+    assert!(certainties.iter().all(|p| *p < 0.5), "{certainties:?}");
+}
+
+/// The odometry that stands for a gyro knows nothing of a lean.
+#[test]
+fn without_a_gyro_no_lift_is_doubted_by_the_lean_of_the_platform() {
+    let folder = TempDir::new().unwrap();
+    let [log, machine] = ["changed.mcap", "changed.toml"].map(|name| folder.path().join(name));
+    let mut slips = slips();
+    write_edited_without(&data(LIFT), &log, "/imu/data", &mut |topic, values| {
+        slips(topic, values);
+        if topic == "/odom" {
+            values.set("turning.x", 0.0);
+            values.set("turning.y", 0.0);
+        }
+    });
+    let text = std::fs::read_to_string(data("lift.toml")).unwrap();
+    let text = text
+        .replace("imu = \"/imu/data\"\n", "")
+        .replace("lift.urdf", data("lift.urdf").to_str().unwrap());
+    std::fs::write(&machine, text).unwrap();
+    let analysis = analysed_with(&log, &machine, by(Estimator::Smoother));
+    let lifts: Vec<&Event> = lifts_by_slip(&analysis).collect();
+    assert!(!lifts.is_empty());
+    let by_lean = |it: &&Event| {
+        let mut doubts = it.doubt.iter().flat_map(|doubt| &doubt.subjects);
+        doubts.any(|subject| subject.contains("lean"))
+    };
+    assert!(!lifts.iter().any(by_lean), "{lifts:?}");
 }

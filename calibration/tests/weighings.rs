@@ -51,17 +51,17 @@ fn what_scales_on_level_ground_cannot_tell_keeps_its_standard_deviation() {
     ] {
         let place = place(name);
         let estimate = &found.estimates[place];
-        assert_eq!(estimate.knowledge, Knowledge::Untold, "{estimate:?}");
+        assert_eq!(estimate.knowledge, Knowledge::Undetermined, "{estimate:?}");
         assert!(estimate.sigma > 0.98 * estimate.prior_sigma, "{estimate:?}");
         assert!(
             estimate.change.abs() < 0.2 * estimate.prior_sigma,
             "{estimate:?}"
         );
-        assert!(found.untold.contains(&place), "{name}");
+        assert!(found.undetermined.contains(&place), "{name}");
     }
     // the total mass is told far better than that of any part
     let mass = &found.estimates[place("base_link.mass")];
-    assert_eq!(mass.knowledge, Knowledge::Told, "{mass:?}");
+    assert_eq!(mass.knowledge, Knowledge::Determined, "{mass:?}");
     let identified = stated.with_identified(found.identified.clone());
     assert!(
         (identified.mass() - truth.mass()).abs() < 10.0,

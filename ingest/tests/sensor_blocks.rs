@@ -46,9 +46,6 @@ pub(crate) fn blocks_and_columns(
             assert_eq!(block.first, to.times.len());
             assert!((1..=MOST_SAMPLES).contains(&block.len()) && !block.is_empty());
             assert_eq!(block.values().len(), block.len() * block.width());
-            let last = block.len() - 1;
-            let end = &block.values()[last * block.width()..];
-            assert_eq!(bits(block.sample(last)), bits(end));
             to.times.extend(block.times());
             to.order.extend(block.order());
             to.values.extend(block.values());

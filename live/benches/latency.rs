@@ -2,7 +2,8 @@
 //!
 //! 1. A tick of the monitor by itself: back to back, and a thousand a second with cold caches.
 //! 2. From publishing a sample to receiving its verdict, by a monitor in another process, beside a bare
-//!    round trip through iceoryx2 with the same messages in the same run; both by polling and by events.
+//!    round trip through iceoryx2 with the same messages in the same run; both by polling and by events,
+//!    with the share of a processor that the other process takes; by events also a hundred a second.
 //!
 //! 3. `-- --long SECONDS`: a thousand rows a second with a recorder and a neighbour that takes a whole
 //!    processor; what was lost or late.
@@ -23,6 +24,7 @@ use std::hint::black_box;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
+use processor::ProcessorTime;
 use support::World;
 use support::feed::{machine, samples};
 use support::obeying::Obeying;
@@ -51,6 +53,8 @@ const LONG: &str = "--long";
 
 #[path = "latency/long.rs"]
 mod long;
+#[path = "latency/processor.rs"]
+mod processor;
 
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
@@ -74,6 +78,8 @@ fn main() {
         monitored(wake, 0, 20_000);
         monitored(wake, 1_000_000, seconds * 1000);
     }
+    bare("event", 10_000_000, seconds * 100);
+    monitored("event", 10_000_000, seconds * 100);
 }
 
 fn pin(core: usize) {
@@ -336,7 +342,7 @@ fn bare(wake: &str, period_ns: i64, count: u64) {
     let verdicts: Receiver<WireVerdict> = node.receiver().unwrap();
     let waiter = Waiter::new::<WireVerdict>(&node, wake).unwrap();
     let name = if wake == Wake::Poll { "poll" } else { "event" };
-    let _pong = Other(
+    let pong = Other(
         Command::new(std::env::current_exe().unwrap())
             .args([PONG, &world.prefix, name])
             .stdout(Stdio::null())
@@ -351,6 +357,7 @@ fn bare(wake: &str, period_ns: i64, count: u64) {
     sample.kind = Kind::Joints as u32;
     let mut times = Vec::new();
     let mut due_ns = monotonic_ns();
+    let processor = ProcessorTime::of(pong.0.id());
     for sequence in 0..count {
         due_ns = (due_ns + period_ns).max(monotonic_ns());
         wait_until(due_ns);
@@ -364,6 +371,9 @@ fn bare(wake: &str, period_ns: i64, count: u64) {
             topic_notifier.notify();
         }
         times.push(verdict_on(sequence, &verdicts, &waiter) - start_ns);
+        if sequence + 2 == count {
+            processor.print_share();
+        }
     }
     report(
         &format!("bare round trip, {name}{}", pace(period_ns)),
@@ -372,10 +382,10 @@ fn bare(wake: &str, period_ns: i64, count: u64) {
 }
 
 fn pace(period_ns: i64) -> &'static str {
-    if period_ns == 0 {
-        ", back to back"
-    } else {
-        ", 1 kHz"
+    match period_ns {
+        0 => ", back to back",
+        1_000_000 => ", 1 kHz",
+        _ => ", 100 Hz",
     }
 }
 
@@ -384,7 +394,7 @@ fn monitored(wake: &str, period_ns: i64, count: u64) {
     let node = world.join();
     let verdicts: Receiver<WireVerdict> = node.receiver().unwrap();
     let waiter = Waiter::new::<WireVerdict>(&node, wake.parse().unwrap()).unwrap();
-    let _monitor = world.monitor(
+    let monitor = world.monitor(
         &support::data(&format!("{}.toml", machine_name())),
         &[
             "--quiet",
@@ -414,7 +424,11 @@ fn monitored(wake: &str, period_ns: i64, count: u64) {
     producer.update_connections().unwrap();
     let mut times = Vec::new();
     let mut due_ns = monotonic_ns();
-    for _ in 0..count + 500 {
+    let mut processor = None;
+    for row in 0..count + 500 {
+        if row == 500 {
+            processor = Some(ProcessorTime::of(monitor.child.id()));
+        }
         due_ns = (due_ns + period_ns).max(monotonic_ns());
         wait_until(due_ns);
         let [mut odometry, mut imu, mut joints] = steady.next(monotonic_ns());
@@ -424,6 +438,7 @@ fn monitored(wake: &str, period_ns: i64, count: u64) {
         producer.send(&mut joints).unwrap();
         times.push(verdict_on(joints.sequence, &verdicts, &waiter) - start_ns);
     }
+    processor.unwrap().print_share();
     // the first rows wait for the monitor's start
     let times = times.split_off(500);
     report(

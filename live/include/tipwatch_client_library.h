@@ -11,7 +11,8 @@
  *
  * THREADS. A client belongs to the thread that opened it: from another one its functions fail, and do nothing. Each thread may
  * open a client of its own. tipwatch_client_now_ns may be called from everywhere. No function may be called from a signal
- * handler, or with a client that a fork has copied.
+ * handler. After a fork the clients stay with the parent: with those the child's calls fail with TIPWATCH_CLIENT_THREAD, and do
+ * nothing.
  *
  * TIME. Nothing but tipwatch_client_wait waits. A signal may end it early; the kernel rounds its time up, by up to two of its
  * ticks (8 ms where it has 250 in a second). The library handles no signals.
@@ -36,7 +37,7 @@ enum tipwatch_client_failure {
     TIPWATCH_CLIENT_SERVICE = -3,
     /* The size is not that of the messages of this service. */
     TIPWATCH_CLIENT_SIZE = -4,
-    /* Another thread has opened the client. */
+    /* Another thread has opened the client, or the process before a fork. */
     TIPWATCH_CLIENT_THREAD = -5,
     /* The shared memory is full. */
     TIPWATCH_CLIENT_ROOM = -6,
@@ -53,8 +54,9 @@ enum tipwatch_client_failure {
 struct tipwatch_client;
 
 /* Joins the shared memory. `contract` is TIPWATCH_CONTRACT: a library with other messages refuses. `service` is the common name
- * of the services, as of --service; `prefix` that of all files, as of --prefix; NULL for the default of each. NULL if it fails:
- * then `error`, if it is not NULL, has the reason as text (UTF-8), cut to `error_size` bytes with the zero at its end. */
+ * of the services, as of --service, and not empty; `prefix` that of all files, as of --prefix; NULL for the default of each.
+ * NULL if it fails: then `error`, if it is not NULL, has the reason as text (UTF-8), cut to `error_size` bytes with the zero at
+ * its end. */
 struct tipwatch_client *tipwatch_client_open(uint64_t contract, const char *service, const char *prefix, char *error,
                                              size_t error_size);
 

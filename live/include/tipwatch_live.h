@@ -52,7 +52,7 @@
 #endif
 
 #define TIPWATCH_MAGIC UINT64_C(216265421728270676)
-#define TIPWATCH_CONTRACT UINT64_C(8592411648036613515)
+#define TIPWATCH_CONTRACT UINT64_C(14840289274520722866)
 #define TIPWATCH_SAMPLE_QUEUE UINT64_C(2048)
 #define TIPWATCH_VERDICT_QUEUE UINT64_C(2048)
 #define TIPWATCH_COMMAND_QUEUE UINT64_C(2048)
@@ -511,7 +511,7 @@ struct tipwatch_sample {
 TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_sample) == 1104, "tipwatch_sample");
 
 /* What a reader of verdicts must know about the machine, and about the monitor that computes them. */
-#define TIPWATCH_MACHINE_TYPE "tipwatch.Machine.v6"
+#define TIPWATCH_MACHINE_TYPE "tipwatch.Machine.v7"
 #define TIPWATCH_MACHINE_LAYOUT "3cd8031a739d54e8"
 struct tipwatch_machine {
     /* MAGIC */
@@ -558,8 +558,8 @@ struct tipwatch_machine {
     uint32_t doubted_signals[64];
     /* By how much each is off (rad, m, m/s2), as far as was seen; 0 of a joint that stopped to be measured. */
     double doubted_by[64];
-    /* What of that may be motion (same unit). Of a joint that stopped to be measured: how fast it moved then (rad/s, m/s); less
-     * than 0 if it was contradicted as stopped, and is measured again. */
+    /* What of that may be motion (same unit). Of a joint that stopped to be measured: its velocity then (rad/s, m/s). Infinite
+     * where the lean of the platform has contradicted that the joint stood still; it may have another doubt beside that. */
     double doubted_moved[64];
     /* Which joints of the machine these are. */
     uint32_t known_joints[64];

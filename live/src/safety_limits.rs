@@ -67,6 +67,10 @@ pub const ALARM_SAVE_NS: i64 = SECOND;
 pub const REFUSAL_NOTICE_NS: i64 = SECOND / 2;
 /// Period at which the nodes of dead processes are removed, which reveals a dead producer.
 pub const DEAD_NODE_CHECK: Duration = Duration::from_millis(100);
+/// The search for them takes one part in so many of a processor: where it meets many files of other programs, it comes less often.
+pub const DEAD_NODE_SHARE: u32 = 100;
+/// The longest period of the search, whatever it takes.
+pub const MAX_DEAD_NODE_CHECK: Duration = Duration::from_secs(1);
 /// The longest wait for a notification. A lost one delays a cycle by no more.
 pub const MAX_WAIT: Duration = Duration::from_millis(1);
 

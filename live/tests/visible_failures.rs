@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use jiff::{SignedDuration, Timestamp};
 use tipwatch_binding::{Commissioning, CommissioningItem};
-use tipwatch_live::alarm::{AlarmFile, Kept};
+use tipwatch_live::alarm::{AlarmFile, DoubtedSignals, Kept};
 use tipwatch_live::node::{LiveNode, Sender};
 use tipwatch_live::operator::acknowledge_signal;
 use tipwatch_live::wire::names::Names;
@@ -514,7 +514,7 @@ fn failed_signal_is_kept_by_name_and_in_a_file_of_before_there_is_none() {
     assert!(signals[0].since <= Timestamp::now());
     let text = std::fs::read_to_string(file.path()).unwrap();
     let words: Vec<&str> = text.split(' ').collect();
-    assert_eq!(words[1], "4");
+    assert_eq!(words[1], "5");
     // as version 3 wrote it
     let before = [&["tipwatch-alarm", "3"], &words[2..7]].concat().join(" ");
     let checksum = crc32fast::hash(before.as_bytes());
@@ -651,7 +651,7 @@ fn joint_that_had_stopped_is_doubted_over_restarts_until_a_person_trusts_it() {
         hash
     };
     let file = AlarmFile::new(&bench.world.state_folder, hash, "hdmm_rigid");
-    let kept = "joint.slew=0~-1@2026-11-27T10:00:00Z".parse().unwrap();
+    let kept = "joint.slew=0~inf@2026-11-27T10:00:00Z".parse().unwrap();
     file.write(&Kept::default().doubting(kept)).unwrap();
     let mut feed = feed(&bench.node, bench.machine, bench.monitor());
     for _ in 0..2 {
@@ -671,6 +671,37 @@ fn joint_that_had_stopped_is_doubted_over_restarts_until_a_person_trusts_it() {
     assert!(!doubts(rows.last().unwrap(), bench.slew));
     restart(&mut feed);
     assert!(feed.rows(300).iter().all(|row| row.doubted == 0));
+}
+
+/// A joint whose standstill was contradicted, and that shows one value when the monitor ends: both doubts are kept, with the velocity
+/// before it stopped.
+// requirement: TW-VERDICT-31
+#[test]
+fn joint_that_had_stopped_and_is_frozen_at_shutdown_keeps_both_doubts() {
+    let bench = Bench::new("both");
+    let hash = {
+        let good = feed(&bench.node, bench.machine, bench.monitor());
+        let hash = good.hash;
+        drop(ended(good));
+        hash
+    };
+    let file = AlarmFile::new(&bench.world.state_folder, hash, "hdmm_rigid");
+    let text = "joint.slew=0~-0.3@2026-11-27T10:00:00Z,joint.slew=0~inf@2026-11-27T10:00:00Z";
+    let doubted: DoubtedSignals = text.parse().unwrap();
+    let kept = (doubted.iter()).fold(Kept::default(), |kept, it| kept.doubting(*it));
+    file.write(&kept).unwrap();
+    let mut feed = feed(&bench.node, bench.machine, bench.monitor());
+    arm_freezes(&mut feed);
+    for _ in 0..2 {
+        let rows = feed.rows(300);
+        assert!(rows.iter().all(|row| doubts(row, bench.slew)));
+        feed.time.stop_monitor();
+        let kept = file.read().unwrap().doubted;
+        let of_slew = kept.iter().filter(|it| it.name.to_string() == "joint.slew");
+        assert!(of_slew.eq(doubted.iter()), "{kept}");
+        feed.time.start_monitor();
+        feed.wait_for_monitor();
+    }
 }
 
 /// Whatever the arm does afterwards: it may be off by anything.

@@ -66,10 +66,11 @@ pub use machine::{
 pub use number::{Dual, Gradient, Jet, Lanes, Real};
 pub use state::{
     AccelerometerBias, BaseState, ImuState, JetCovariance, Lag, SignalNoise, State, StateColumns,
+    resting_state,
 };
 pub use studies::actuator_force::{actuator_force, carries_payload};
 pub use studies::actuator_force_sigma::actuator_force_sigma;
-pub use studies::combination_sigma::combination_sigma;
+pub use studies::combination_sigma::{combination_sigma, signal_errors};
 pub use studies::forces_by_rule::ForcesByRule;
 pub use studies::payload_estimate::{
     ForceQuality, MeasuredForce, PayloadEstimate, estimate_payload,
@@ -78,5 +79,5 @@ pub use studies::placement::Placement;
 pub use studies::self_equilibrated::self_equilibrated_loads;
 pub use studies::standing::{MassShare, RestingMachine};
 pub use studies::static_posture::{
-    ReferenceLoadError, resting_on_slope, resting_state, standing_posture, static_outcome,
+    ReferenceLoadError, resting_on_slope, standing_posture, static_outcome,
 };

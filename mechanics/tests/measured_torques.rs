@@ -1,12 +1,11 @@
 //! Measured joint torques determine the load split that equilibrium leaves open.
 
 use crate::support;
-use crate::support::{bogie_by_rods, moving, set_joint, wheel};
+use crate::support::{assert_lanes_equal_scalar, bogie_by_rods, moving, set_joint, wheel};
 use nalgebra::Vector3;
 use proptest::prelude::*;
 use tipwatch_mechanics::{
-    Contribution, Machine, Outcome, Quantity, Scope, State, StateColumns, Workspace,
-    actuator_force, evaluate, evaluate_rows,
+    Contribution, Machine, Outcome, Quantity, Scope, State, Workspace, actuator_force, evaluate,
 };
 
 const RODS: [&str; 2] = ["suspension_right", "suspension_left"];
@@ -207,24 +206,14 @@ proptest! {
         let machine = bogie(Some("force_sigma = 300.0"));
         let measured = Vector3::new(1.5, -1.0, 9.7);
         let mut states: Vec<_> = seeds.iter().map(|&s| moving(&machine, s, measured, Vector3::new(0.1, 0.05, 0.2))).collect();
-        let mut columns = StateColumns::unknown(&machine, states.len());
         for (row, state) in states.iter_mut().enumerate() {
             for (k, name) in RODS.into_iter().enumerate() {
                 set_joint(&machine, state, name, [-0.1 + 0.05 * seeds[row].sin(), 0.02, -0.1]);
                 state.actuator_force[k] = forces[2 * row + k];
             }
-            columns.set(row, state);
         }
         let scope = Scope { parts: true, ..Scope::ALL };
         let model = std::sync::Arc::new(tipwatch_mechanics::Model::WholeBody);
-        let lanes = evaluate_rows(&machine, &columns, 0..states.len(), scope, &model);
-        let mut workspace = Workspace::with_scope(&machine, scope);
-        for (row, state) in states.iter().enumerate() {
-            let alone = evaluate(&machine, state, &mut workspace);
-            for (&quantity, column) in lanes.quantities.iter().zip(&lanes.columns) {
-                let (a, b) = (column[row], alone.get(quantity));
-                prop_assert!(a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan()), "{quantity:?}: {a} {b}");
-            }
-        }
+        assert_lanes_equal_scalar(&machine, &mut states, scope, &model);
     }
 }

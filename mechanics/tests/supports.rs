@@ -9,11 +9,9 @@ use tipwatch_mechanics::machine::{ForceSource, LogFacts, MachineSpec, SupportId,
 use tipwatch_mechanics::state::{
     MatchedSensors, NumberKind, OtherSensors, Sample, Sensor, Sensors,
 };
-use tipwatch_mechanics::{
-    Machine, MachineError, Quantity, Scope, State, StateColumns, Workspace, evaluate, evaluate_rows,
-};
+use tipwatch_mechanics::{Machine, MachineError, Quantity, Scope, State, Workspace, evaluate};
 
-use crate::support::cases;
+use crate::support::{assert_lanes_equal_scalar, cases};
 
 const FEET: [(&str, f64, f64); 4] = [
     ("OFL", 2.2, 2.4),
@@ -575,24 +573,14 @@ proptest! {
     ) {
         let whole = checked(&toml(&FEET, "[uncertainty]\nwheel_position = 0.02\n")).unwrap();
         let machine = whole.standing_on(&on(&whole, &FEET.map(|(name, ..)| name))).unwrap();
-        let mut columns = StateColumns::unknown(&machine, leans.len());
         let mut states = Vec::new();
         for (row, (lean, forces)) in leans.into_iter().zip(forces.chunks_exact(3)).enumerate() {
             let mut state = leaning(&machine, lean);
             state.actuator_force[..3].copy_from_slice(forces);
             state.actuator_force[3] = lifted[row];
-            columns.set(row, &mut state);
             states.push(state);
         }
         let model = std::sync::Arc::new(tipwatch_mechanics::Model::WholeBody);
-        let lanes = evaluate_rows(&machine, &columns, 0..states.len(), Scope::ALL, &model);
-        let mut workspace = Workspace::with_scope(&machine, Scope::ALL);
-        for (row, state) in states.iter().enumerate() {
-            let alone = evaluate(&machine, state, &mut workspace);
-            for (&quantity, column) in lanes.quantities.iter().zip(&lanes.columns) {
-                let (a, b) = (column[row], alone.get(quantity));
-                prop_assert!(a.to_bits() == b.to_bits() || a.is_nan() && b.is_nan(), "row {row} {quantity:?}: {a} {b}");
-            }
-        }
+        assert_lanes_equal_scalar(&machine, &mut states, Scope::ALL, &model);
     }
 }

@@ -51,6 +51,27 @@ fn on_slope(machine: &Machine, angle: f64) -> State<f64> {
     state
 }
 
+/// Side forces that turn the machine act below the pivot: how the axles share them divides the loads of each axle.
+#[test]
+fn the_bands_of_an_axle_with_a_pivot_know_how_side_forces_may_be_shared() {
+    let machine = truck();
+    let mut workspace = Workspace::with_scope(&machine, Scope::ALL);
+    let mut sigmas = |turning: f64| {
+        let mut state = on_slope(&machine, 0.0);
+        state.imu.angular_acceleration.z = turning;
+        let outcome = evaluate(&machine, &state, &mut workspace);
+        outcome.uncertainty.otf.clone()
+    };
+    let (rests, turns) = (sigmas(0.0), sigmas(3.0));
+    // the moment of inertia about the centre of mass, by side forces 1.6 m apart, at the height of the pivot over the ground
+    let torque = 1200.0 * 3.0 / 1.6 * (PIVOT_HEIGHT + RADIUS);
+    for (wheel, track) in [(0, 1.0), (1, 1.0), (2, 0.9), (3, 0.9)] {
+        let added = (turns[wheel].powi(2) - rests[wheel].powi(2)).sqrt();
+        let expected = torque / track;
+        assert!((added / expected - 1.0).abs() < 0.1, "{added} {expected}");
+    }
+}
+
 /// On the slope on which the uphill front wheel carries nothing, every indicator says that the machine tips to its side: the
 /// resultant of the rear wheels passes through the pivot, at the height at which it is.
 #[test]

@@ -3,13 +3,13 @@
 use crate::support;
 use std::sync::Arc;
 
-use crate::support::{bogie_by_rods, moving, set_joint};
+use crate::support::{assert_lanes_equal_scalar, bogie_by_rods, moving, set_joint};
 use nalgebra::Vector3;
 use proptest::prelude::*;
 use tipwatch_mechanics::closed_form::{ClosedFormInput, PlatformParts};
 use tipwatch_mechanics::{
-    ClosedForm, Dual, Machine, Model, Parameter, Real, Scope, State, StateColumns, Workspace,
-    evaluate, evaluate_rows, static_outcome,
+    ClosedForm, Dual, Machine, Model, Parameter, Real, Scope, State, Workspace, evaluate,
+    static_outcome,
 };
 
 const RODS: [&str; 2] = ["suspension_right", "suspension_left"];
@@ -135,22 +135,9 @@ proptest! {
         let machine = bogie();
         let scope = Scope { indicators: true, terms: true, ..Scope::LOADS };
         let mut states: Vec<_> = seeds.iter().map(|&seed| in_motion(&machine, seed)).collect();
-        let mut columns = StateColumns::unknown(&machine, states.len());
-        for (row, state) in states.iter_mut().enumerate() {
-            columns.set(row, state);
-        }
         for input in INPUTS {
             let model = variable(&machine, input);
-            let lanes = evaluate_rows(&machine, &columns, 0..states.len(), scope, &model);
-            let mut workspace = Workspace::with_model(&machine, scope, Arc::clone(&model));
-            for (row, state) in states.iter().enumerate() {
-                let alone = evaluate(&machine, state, &mut workspace);
-                for (&quantity, column) in lanes.quantities.iter().zip(&lanes.columns) {
-                    let (a, b) = (column[row], alone.get(quantity));
-                    let same = a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan());
-                    prop_assert!(same, "{quantity:?}: {a} {b}");
-                }
-            }
+            assert_lanes_equal_scalar(&machine, &mut states, scope, &model);
         }
     }
 

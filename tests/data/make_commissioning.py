@@ -1,4 +1,4 @@
-"""Make `commissioning` and `commissioning_bogie`: the drive by which a machine is commissioned, on two machines.
+"""Make `commissioning`, `commissioning_wide` and `commissioning_bogie`: the drive by which a machine is commissioned, on two machines.
 
     .venv/bin/python make_commissioning.py LAB OUT [name...]
 
@@ -7,8 +7,8 @@ NAME.toml, NAME.urdf and NAME.truth.parquet (wheel loads at 50 Hz, smoothed).
 
 The machine stands on ground that falls by one degree, drives forward, brakes, drives backward, brakes, drives a full circle to the left and a quarter
 circle to the right; then each joint moves alone, back and forth. `commissioning` is the machine of the first paper with steered front wheels,
-`commissioning_bogie` one with skid steering and two actuated bogies, whose rods move alone as well. `commissioning_wide`, by name only, is no fixture: the
-drive of the first machine over the whole range in which it works, for `tests/calibration/safe_rows.py`.
+`commissioning_bogie` one with skid steering and two actuated bogies, whose rods move alone as well. `commissioning_wide` is the
+drive of the first machine over the whole range in which it works: how a machine is to be commissioned. That of `commissioning` is shorter, and proves less.
 """
 import math
 
@@ -68,7 +68,7 @@ def with_reference(name):
 
 
 def main():
-    arguments = lab_arguments(__doc__, ["commissioning", "commissioning_bogie"])
+    arguments = lab_arguments(__doc__, ["commissioning", "commissioning_wide", "commissioning_bogie"])
     import model
     from simulate import Scenario
     known = {"commissioning": lambda: Scenario("commissioning", model.rigid(yaw0=0.0), 61.5, arm(50, -88), drive(0.46, 0.4), slope=SLOPE, clear=2.0, seed=71),

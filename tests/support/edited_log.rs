@@ -181,6 +181,7 @@ fn values<'m>(topic: &'m Topic, bytes: &'m mut [u8]) -> Option<Values<'m>> {
                 places.insert(format!("attitude.{axis}"), cdr.at + 8 * (3 + i));
                 if axis != "w" {
                     places.insert(format!("velocity.{axis}"), cdr.at + 8 * (43 + i));
+                    places.insert(format!("turning.{axis}"), cdr.at + 8 * (46 + i));
                 }
             }
             stamp_ns

@@ -7,7 +7,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use anyhow::{Result, bail};
 use pyo3::prelude::*;
 use tipwatch_analyze::analysis::run::{Prepared, RowSink, analyse_into};
-use tipwatch_analyze::base::options::{MOST_DRAWS, MoreColumns, Options, Precision};
+use tipwatch_analyze::base::options::{
+    MOST_DRAWS, MoreColumns, Options, Precision, ReportLanguage,
+};
 use tipwatch_analyze::base::output_place::OutputPlace;
 use tipwatch_analyze::base::rows::Rows;
 use tipwatch_analyze::events::Event;
@@ -22,7 +24,7 @@ use tipwatch_mechanics::machine;
 use crate::call::error::{Mistake, exception};
 use crate::call::interrupt::{Stop, leavable};
 use crate::call::number::Whole;
-use crate::call::options::{Stated, Words};
+use crate::call::options::{Stated, Words, language};
 use crate::call::pickle::{Reduced, reduced};
 use crate::call::place::{Place, paths};
 use crate::call::progress::Progress;
@@ -247,6 +249,7 @@ struct Request {
     /// The columns of samples that are kept; all if `None`.
     columns: Option<Vec<String>>,
     out: Option<PathBuf>,
+    language: ReportLanguage,
 }
 
 /// Prefixes of the columns that only a log with measured loads has.
@@ -281,6 +284,7 @@ fn run(
     bytes: &AtomicU64,
     stop: &Stop,
 ) -> Result<Found<Table>> {
+    let _speaking = request.language.speak();
     let target = request
         .out
         .as_deref()
@@ -378,6 +382,10 @@ fn run(
 /// columns : str, or iterable of str, optional
 ///     The columns that samples keep, in this order; all if not given. An hour with all of them takes
 ///     200 MB, almost twice as much with 64 bits. Files in ``out`` have all.
+/// lang : {"en", "de"}, optional
+///     The language of report and findings; default: English. Keys and columns are English in any. Calls in another
+///     language are awaited: a process speaks one at a time.
+///     Notes of a :class:`Machine` that is read meanwhile are in that language, too.
 /// progress : bool or callable
 ///     True shows a bar on standard error (with tqdm or rich, if one of them is installed). A function is called some
 ///     times a second with the number of bytes read so far.
@@ -396,7 +404,7 @@ fn run(
 #[pyo3(signature = (
     log, machine, *, out=None, rate=None, start=None, end=None, estimator=None, model=None, closed_form_input=None,
     apply_clock_offsets=None, quasi_static=None, monte_carlo=None, parts=false, terms=false, precision=32, columns=None,
-    progress=None
+    lang=None, progress=None
 ))]
 #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
 pub(crate) fn analyze(
@@ -417,6 +425,7 @@ pub(crate) fn analyze(
     terms: bool,
     precision: i64,
     columns: Option<Words>,
+    lang: Option<&str>,
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Analysis> {
     let file = machine_file(machine)?;
@@ -449,6 +458,7 @@ pub(crate) fn analyze(
             },
             columns: columns.map(|Words(names)| names),
             out: out.map(Place::into_path),
+            language: language(lang)?,
         })
     };
     let request = request().map_err(|error| exception(&error))?;

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::bail;
 use pyo3::prelude::*;
+use tipwatch_analyze::base::options::ReportLanguage;
 use tipwatch_analyze::setup::identify::{
     IdentificationDocument, Request, identify as identified, text, write_machine_file,
 };
@@ -131,6 +132,7 @@ pub(crate) fn identify(
     let found = leavable(
         py,
         move |stop| {
+            let _speaking = ReportLanguage::En.speak();
             level
                 .map(|level| positive("level (rad)", level))
                 .transpose()?;

@@ -6,8 +6,7 @@ use numpy::ndarray::{Array1, Array2};
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use tipwatch_mechanics::dynamics::kinematics::{BodyMotion, coordinates};
-use tipwatch_mechanics::geometry::coordinate::Coordinate;
+use tipwatch_mechanics::dynamics::kinematics::RestingBodies;
 use tipwatch_mechanics::{Placement, State, machine, resting_state};
 
 use crate::call::error::Mistake;
@@ -17,7 +16,7 @@ use crate::inputs::Numbers;
 pub(crate) struct Posture<'a> {
     machine: &'a machine::Machine,
     state: State<f64>,
-    bodies: Vec<BodyMotion<f64>>,
+    bodies: RestingBodies,
 }
 
 impl<'a> Posture<'a> {
@@ -35,17 +34,11 @@ impl<'a> Posture<'a> {
         }
         let mut state = resting_state(machine, positions);
         state.imu.specific_force = Vector3::new(0.0, 0.0, machine.gravity());
-        let at_zero = Coordinate::turned(1.0, 0.0, 0.0, 0.0);
-        let mut moved = vec![at_zero; machine.bodies().len()];
-        if coordinates(machine, &state, &mut moved) < 0.0 {
+        let mut bodies = RestingBodies::new(machine);
+        if bodies.place(machine, &state) < 0.0 {
             bail!(Mistake(format!(
                 "expected joint positions in which every linkage closes, found {positions:?}"
             )));
-        }
-        let zero = Vector3::zeros();
-        let mut bodies = vec![BodyMotion::base(zero, zero, zero); machine.bodies().len()];
-        for (index, body) in machine.bodies().iter().enumerate().skip(1) {
-            bodies[index] = bodies[body.parent].carry_at_rest(body, &moved[index]);
         }
         Ok(Self {
             machine,
@@ -58,7 +51,7 @@ impl<'a> Posture<'a> {
     pub(crate) fn links<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let poses = PyDict::new(py);
         for link in self.machine.links() {
-            let body = &self.bodies[link.body];
+            let body = &self.bodies.motions[link.body];
             let base_from_body = Isometry3::from_parts(
                 Translation3::from(body.origin),
                 UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(
@@ -78,7 +71,7 @@ impl<'a> Posture<'a> {
         placement.place(&self.state);
         let wheels = self.machine.wheels();
         let centres: Vec<Vector3<f64>> = (wheels.iter())
-            .map(|wheel| self.bodies[wheel.body].point(&wheel.centre_in_body))
+            .map(|wheel| self.bodies.motions[wheel.body].point(&wheel.centre_in_body))
             .collect();
         let edges = self.machine.polygon().edges();
         let edges = Array2::from_shape_fn((edges.len(), 2), |(edge, end)| {

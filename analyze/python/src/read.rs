@@ -2,6 +2,7 @@
 
 use pyo3::prelude::*;
 use tipwatch_analyze::analysis::states;
+use tipwatch_analyze::base::options::ReportLanguage;
 use tipwatch_analyze::tables;
 
 use crate::call::error::exception;
@@ -50,6 +51,7 @@ pub(crate) fn read(
 ) -> PyResult<Table> {
     let file = machine_file(machine)?;
     let compute = move |_: &_| {
+        let _speaking = ReportLanguage::En.speak();
         let stated = Stated {
             rate,
             start,

@@ -8,7 +8,7 @@ use tipwatch_analyze::suspension::{self, SuspensionMode, WhatIfOptions, what_if}
 
 use crate::call::error::{Mistake, exception};
 use crate::call::interrupt::{Stop, leavable};
-use crate::call::options::{Stated, value};
+use crate::call::options::{Stated, language, value};
 use crate::call::pickle::{Reduced, reduced};
 use crate::call::place::Place;
 use crate::machine::machine_file;
@@ -24,7 +24,7 @@ use crate::table::Table;
 ///     The machine of the logs.
 /// machine_b : Machine or path, optional
 ///     Another machine for ``b``.
-/// rate, estimator, model
+/// rate, estimator, model, lang
 ///     Those of ``analyze``.
 ///
 /// Returns
@@ -37,7 +37,7 @@ use crate::table::Table;
 /// TipwatchError
 ///     A log or folder cannot be read, or a log has no machine.
 #[pyfunction]
-#[pyo3(signature = (a, b, *, machine=None, machine_b=None, rate=None, estimator=None, model=None))]
+#[pyo3(signature = (a, b, *, machine=None, machine_b=None, rate=None, estimator=None, model=None, lang=None))]
 #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
 pub(crate) fn compare<'py>(
     py: Python<'py>,
@@ -48,6 +48,7 @@ pub(crate) fn compare<'py>(
     rate: Option<f64>,
     estimator: Option<String>,
     model: Option<String>,
+    lang: Option<&str>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let machine_a = machine.map(machine_file).transpose()?;
     let machine_b = machine_b.or(machine).map(machine_file).transpose()?;
@@ -58,7 +59,9 @@ pub(crate) fn compare<'py>(
         ..Stated::default()
     };
     let options = stated.options().map_err(|error| exception(&error))?;
+    let language = language(lang).map_err(|error| exception(&error))?;
     let compute = move |_: &_| {
+        let _speaking = language.speak();
         let a = Side::of(&a, machine_a.as_ref(), options)?;
         let b = Side::of(&b, machine_b.as_ref(), options)?;
         serde_json::to_string(&differences(&a, &b)).context("a comparison")
@@ -138,7 +141,7 @@ impl WhatIf {
 ///     How the suspension moves.
 /// step : float, optional
 ///     Control period (s); if not given, that of the machine file.
-/// rate, start, end, estimator
+/// rate, start, end, estimator, lang
 ///     Those of ``analyze``.
 /// out : path, optional
 ///     A folder for the files of ``tipwatch whatif``.
@@ -153,7 +156,8 @@ impl WhatIf {
 ///     The log cannot be read, the machine does not fit it, or the machine file describes no suspension.
 #[pyfunction]
 #[pyo3(signature = (
-    log, machine, *, suspension=None, step=None, rate=None, start=None, end=None, estimator=None, out=None
+    log, machine, *, suspension=None, step=None, rate=None, start=None, end=None, estimator=None, out=None,
+    lang=None
 ))]
 #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
 pub(crate) fn whatif(
@@ -167,9 +171,12 @@ pub(crate) fn whatif(
     end: Option<f64>,
     estimator: Option<String>,
     out: Option<Place>,
+    lang: Option<&str>,
 ) -> PyResult<WhatIf> {
     let file = machine_file(machine)?;
+    let language = language(lang).map_err(|error| exception(&error))?;
     let compute = move |stop: &Stop| {
+        let _speaking = language.speak();
         let stated = Stated {
             rate,
             start,

@@ -4,6 +4,7 @@ import inspect
 import pickle
 import re
 import shutil
+from concurrent.futures import ThreadPoolExecutor
 from datetime import date, datetime, timedelta
 from pathlib import Path
 
@@ -67,6 +68,50 @@ def test_a_fleet_is_a_data_set(tmp_path):
         tw.screen(DATA / "tiny.mcap", machine=DATA / "tiny_lift.toml", out=tmp_path / "fleet")
     with pytest.raises(tw.TipwatchError, match="either machine or fleet"):
         tw.screen(DATA / "tiny.mcap", out=tmp_path / "other")
+
+
+def test_a_fleet_has_the_language_that_is_asked_for(tmp_path):
+    asked = dict(machine=DATA / "tiny_lift.toml", reports="all")
+    for lang, written in [("de", "de"), ("en", "en"), (None, "en")]:
+        fleet = tw.screen(DATA / "tiny_lift.mcap", out=tmp_path / str(lang), lang=lang, **asked)
+        reports = list((tmp_path / str(lang) / "reports").glob("*.html"))
+        assert reports
+        for page in [fleet.page, *reports]:
+            assert f'<html lang="{written}"' in page.read_text()
+    parted = tw.screen(DATA / "tiny_lift.mcap", records=tmp_path / "records", lang="de", **asked)
+    gathered = tw.screen(gather=tmp_path / "records", out=tmp_path / "gathered", lang="de")
+    assert parted.page is None and '<html lang="de"' in gathered.page.read_text()
+
+
+def test_the_tasks_of_an_engine_speak_the_language_of_the_screening(tmp_path):
+    from tipwatch import _tipwatch
+
+    task = _tipwatch.FleetTask(tmp_path / "fleet", machine=DATA / "tiny_lift.toml", reports="all", lang="de")
+    for log, _ in task.logs([DATA / "tiny_lift.mcap"]):
+        assert task.run(log) is None
+    fleet = task.gather(tmp_path / "fleet", None, None, None, False)
+    for page in [fleet.page, *(tmp_path / "fleet" / "reports").glob("*.html")]:
+        assert '<html lang="de"' in page.read_text()
+
+
+def test_calls_at_once_have_their_own_languages(tmp_path):
+    def language(lang, place):
+        analysis = tw.analyze(DATA / "tiny_lift.mcap", DATA / "tiny_lift.toml", out=tmp_path / str(place), lang=lang)
+        page = (tmp_path / str(place) / "report.html").read_text()
+        return analysis.summary["provenance"].get("language", "en"), page.split('<html lang="')[1][:2]
+
+    asked = ["de", "en", None, "de", "en", "de"]
+    with ThreadPoolExecutor(len(asked)) as pool:
+        found = list(pool.map(language, asked, range(len(asked))))
+    assert found == [(lang or "en",) * 2 for lang in asked]
+
+
+def test_a_comparison_has_a_language(machine):
+    with pytest.raises(ValueError, match="expected lang en or de"):
+        tw.compare(DEMO / "demo.mcap", DEMO / "demo.mcap", machine=machine, lang="fr")
+    asked = DATA / "tiny.mcap", DATA / "tiny_lift.mcap"
+    notes = [tw.compare(*asked, machine=DATA / "tiny_lift.toml", lang=lang)["series_note"] for lang in ("en", "de")]
+    assert all(notes) and notes[0] != notes[1]
 
 
 def test_days_and_times_of_a_fleet_have_their_types(tmp_path):
@@ -214,8 +259,7 @@ def test_every_option_of_the_program_is_a_keyword(capfd):
     told = capfd.readouterr().out
     options = set(re.findall(r"^ +(?:-\w, )?--([a-z-]+)", told, re.MULTILINE))
     assert {"machine", "gather", "time-column", "help"} <= options
-    # the language of a process is that of its program: Python writes English, as its results do
-    of_a_terminal = {"help", "quiet", "verbose", "lang"}
+    of_a_terminal = {"help", "quiet", "verbose"}
     named_otherwise = {"no-header": "header"}
     keywords = {named_otherwise.get(option, option.replace("-", "_")) for option in options - of_a_terminal}
     assert keywords <= {*inspect.signature(tw.screen).parameters, *inspect.signature(tw.set_read_options).parameters}
@@ -235,6 +279,7 @@ def test_every_option_of_the_program_is_a_keyword(capfd):
         (dict(rate=1e9), "expected a rate of at most 10000 Hz"),
         (dict(min_valid=float("nan")), "expected min_valid from 0 to 1"),
         (dict(reports="some"), "expected reports none or events or all"),
+        (dict(lang="fr"), "expected lang en or de"),
         (dict(fail_on="explosion"), "expected fail_on wheel_light or"),
         (dict(fail_on="tip_over", policy="policy.toml"), "expected policy without fail_on"),
         (dict(shard="3/2"), "part 3 of 2 does not exist"),

@@ -405,6 +405,7 @@ def analyze(
     terms: bool = False,
     precision: Literal[32, 64] = 32,
     columns: str | Iterable[str] | None = None,
+    lang: Literal["en", "de"] | None = None,
     progress: bool | Callable[[int], object] | None = None,
 ) -> Analysis:
     """Analyses one log: loads, margins, events and their causes, as ``tipwatch analyze`` does.
@@ -444,6 +445,10 @@ def analyze(
     columns : str, or iterable of str, optional
         The columns that samples keep, in this order; all if not given. An hour with all of them takes
         200 MB, almost twice as much with 64 bits. Files in ``out`` have all.
+    lang : {"en", "de"}, optional
+        The language of report and findings; default: English. Keys and columns are English in any. Calls in another
+        language are awaited: a process speaks one at a time.
+        Notes of a :class:`Machine` that is read meanwhile are in that language, too.
     progress : bool or callable
         True shows a bar on standard error (with tqdm or rich, if one of them is installed). A function is called some
         times a second with the number of bytes read so far.
@@ -627,6 +632,7 @@ class FleetTask:
         quasi_static: Literal["auto", "always", "never"] | None = None,
         accept_inertias: bool = False,
         reports: Literal["none", "events", "all"] | None = None,
+        lang: Literal["en", "de"] | None = None,
     ) -> Self: ...
     def files(self) -> list[Path]:
         """Absolute paths of the files that a worker needs besides the logs."""
@@ -674,6 +680,7 @@ def screen(
     records: str | PathLike[str] | None = None,
     attempts: int | None = None,
     gather: bool | str | PathLike[str] = False,
+    lang: Literal["en", "de"] | None = None,
     progress: bool | Callable[[int, int], object] | None = None,
     runner: Literal["threads", "ray", "dask"] = "threads",
     retries: int = 2,
@@ -728,6 +735,10 @@ def screen(
     gather : bool or path
         Analyse nothing: build data set and page in ``out`` from the records in this place, or with True from those in
         ``out``. Of logs that are named, those without a record are in the data set as failed. With threads.
+    lang : {"en", "de"}, optional
+        The language of page, reports and findings; default: English. Keys and columns are English in any. Calls in
+        another language are awaited: a process speaks one at a time.
+        Notes of a :class:`Machine` that is read meanwhile are in that language, too.
     progress : bool or callable
         True shows a bar on standard error (with tqdm or rich, if one of them is installed). A function is called some
         times a second with the number of finished logs and that of all logs.
@@ -762,6 +773,7 @@ def compare(
     rate: float | None = None,
     estimator: Literal["smoother", "causal"] | None = None,
     model: Literal["whole-body", "variable-inertia", "closed-form"] | None = None,
+    lang: Literal["en", "de"] | None = None,
 ) -> dict[str, Any]:
     """Compares two logs or output folders of ``analyze``: events, figures, rows.
 
@@ -773,7 +785,7 @@ def compare(
         The machine of the logs.
     machine_b : Machine or path, optional
         Another machine for ``b``.
-    rate, estimator, model
+    rate, estimator, model, lang
         Those of ``analyze``.
 
     Returns
@@ -797,6 +809,7 @@ def whatif(
     end: float | None = None,
     estimator: Literal["smoother", "causal"] | None = None,
     out: str | PathLike[str] | None = None,
+    lang: Literal["en", "de"] | None = None,
 ) -> WhatIf:
     """Replays a log with another motion of its active suspension.
 
@@ -810,7 +823,7 @@ def whatif(
         How the suspension moves.
     step : float, optional
         Control period (s); if not given, that of the machine file.
-    rate, start, end, estimator
+    rate, start, end, estimator, lang
         Those of ``analyze``.
     out : path, optional
         A folder for the files of ``tipwatch whatif``.

@@ -39,7 +39,7 @@ pub(super) struct SignalQuality {
     pub(super) rotations: Vec<FoundRotation>,
     /// Rotation of the platform about each edge at the end of the log, if a fall may have begun.
     pub(super) turning: Vec<Turning>,
-    /// Times of the first and the last row in each, as far as the estimator knew it in the row (ns).
+    /// Times of the first and the last row in each, as far as the estimator knew it in the row (ns); none if it knows the whole log.
     pub(super) rotating: Vec<[i64; 2]>,
     /// Proofs by the signals of the session, from the row at each time (ns) on.
     pub(super) shown: Vec<(i64, SessionProofs)>,
@@ -190,13 +190,11 @@ pub(super) fn estimate(
         (quality.rotations).retain(|found| found.end_ns.is_none_or(|end_ns| end_ns >= from_ns));
     }
     if options.estimator == Estimator::Smoother {
-        // each row knows what follows
-        quality.rotating = quality
-            .rotations
-            .iter()
+        // each row knows what follows; where loads date the onset, it is known once they are computed
+        let rotating: Vec<[i64; 2]> = (quality.rotations.iter())
             .map(FoundRotation::span_ns)
             .collect();
-        rows.add_reason(&quality.rotating, Reason::Tipping);
+        rows.add_reason(&rotating, Reason::Tipping);
         let on_side: Vec<[i64; 2]> = (quality.rotations.iter())
             .filter_map(FoundRotation::on_side_ns)
             .collect();
@@ -269,8 +267,7 @@ fn causal(
     let machine = &loaded.machine;
     let mut estimator = CausalEstimator::new(machine, &loaded.matched.sensors, clock);
     let doubts = &loaded.signal_doubts;
-    (doubts.inherited.iter()).for_each(|doubt| estimator.remember_doubt(doubt));
-    (doubts.positions.iter()).for_each(|at| estimator.remember_position(at));
+    estimator.inherit(&doubts.inherited);
     if let Some(start_ns) = loaded.start_ns() {
         estimator.count_spans_from(start_ns);
     }
@@ -336,7 +333,7 @@ fn causal(
         turning: Vec::new(),
         rotating,
         shown,
-        reversed: estimator.reversed(),
+        reversed: estimator.plausibility().reversed(),
         commands,
     };
     let rows = estimated(machine, times_ns, Arc::new(kept));

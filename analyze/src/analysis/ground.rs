@@ -12,7 +12,7 @@
 
 use nalgebra::Vector2;
 use tipwatch_language::say;
-use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::machine::{Machine, Wheel};
 use tipwatch_mechanics::{Placement, Quantity, State, largest_utilisation};
 
 use crate::base::rows::Rows;
@@ -24,8 +24,6 @@ use crate::events::drives;
 const LEAST: f64 = 0.12 * std::f64::consts::PI / 180.0;
 /// Factor by which the ground under a wheel, its tyre and the frame may together be softer or stiffer than the tyre.
 const GIVES: f64 = 4.0;
-/// Sink of a machine on tyres of unknown stiffness (m).
-const USUAL_SINK: f64 = 0.015;
 /// Time between the states that are looked at, and for which a machine must have stood before they count (ns).
 const STEP_NS: i64 = 200_000_000;
 const STOOD_NS: i64 = 1_000_000_000;
@@ -48,7 +46,7 @@ impl MovedGround {
         }
         let tyres = Tyres::of(machine)?;
         let (mut placement, mut state) = (Placement::new(machine), State::zero(machine));
-        let mut standing: Option<Standing> = None;
+        let mut standing: Option<StandingSpell> = None;
         let mut open: Vec<(i64, f64)> = Vec::new();
         let mut next_ns = i64::MIN;
         for (row, &time_ns) in table.times_ns.iter().enumerate() {
@@ -67,7 +65,7 @@ impl MovedGround {
                 let centre = placement.centre_of_mass.xy();
                 if turned.iter().chain(centre.iter()).all(|c| c.is_finite()) {
                     standing
-                        .get_or_insert_with(|| Standing::new(time_ns, turned, centre))
+                        .get_or_insert_with(|| StandingSpell::new(time_ns, turned, centre))
                         .take(time_ns, turned, centre);
                 }
             }
@@ -114,7 +112,7 @@ impl Tyres {
         let weight = machine.mass() * machine.gravity();
         let count = wheels.len() as f64;
         let stated: Option<Vec<f64>> = wheels.iter().map(|wheel| wheel.stiffness).collect();
-        let mean = stated.map_or(weight / (USUAL_SINK * count), |all| {
+        let mean = stated.map_or(weight / (Wheel::USUAL_SINK * count), |all| {
             all.iter().sum::<f64>() / count
         });
         let places = wheels.iter().map(|wheel| wheel.centre_at_zero.xy());
@@ -133,7 +131,7 @@ impl Tyres {
 }
 
 /// A machine that stands.
-struct Standing {
+struct StandingSpell {
     since_ns: i64,
     last_ns: i64,
     /// Turn of the platform and centre of mass, averaged.
@@ -143,7 +141,7 @@ struct Standing {
     first: Option<[Vector2<f64>; 2]>,
 }
 
-impl Standing {
+impl StandingSpell {
     fn new(now_ns: i64, turned: Vector2<f64>, centre: Vector2<f64>) -> Self {
         Self {
             since_ns: now_ns,
@@ -253,7 +251,7 @@ mod tests {
             per_turn: 100.0,
         };
         let moved = |turn: f64, shift: f64| {
-            let mut standing = Standing::new(0, Vector2::zeros(), Vector2::zeros());
+            let mut standing = StandingSpell::new(0, Vector2::zeros(), Vector2::zeros());
             for step in 0..100 {
                 let share = f64::from(step) / 100.0;
                 let turned = Vector2::new(turn, 0.0) * share;
@@ -285,7 +283,7 @@ mod tests {
             ]
         };
         let [turned, centre] = at(0);
-        let mut standing = Standing::new(0, turned, centre);
+        let mut standing = StandingSpell::new(0, turned, centre);
         for step in 0..50 {
             let [turned, centre] = at(step);
             standing.take(step * STEP_NS, turned, centre);

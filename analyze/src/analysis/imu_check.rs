@@ -120,8 +120,8 @@ impl MountingCheck {
     fn evaluate_waiting(&mut self, machine: &Machine) {
         let rows = 0..std::mem::take(&mut self.waiting);
         let forces = ground_forces(machine, &self.states, rows, &mut self.workspace);
-        let directions = forces.iter().map(|[force, normal]| {
-            let direction = force.normalize();
+        let directions = forces.iter().map(|(ground, normal)| {
+            let direction = ground.force.normalize();
             let plane = plane_from_base(normal);
             let is_known = direction.iter().chain(plane.iter()).all(|c| c.is_finite());
             is_known.then(|| plane * direction)

@@ -9,10 +9,11 @@ use super::study::{StudiedLog, Study};
 use crate::base::rows::Rows;
 
 /// Counts rows with known supports, and those among them whose load split follows from measured torques.
-#[derive(Default)]
-pub(super) struct TorquesUsed {
+#[derive(Debug, Clone, Default)]
+pub struct TorquesUsed {
     rows: usize,
-    with_torques: usize,
+    /// Number of rows in which measured forces determined the load split.
+    pub rows_by_forces: usize,
 }
 
 impl Study<'_> for TorquesUsed {
@@ -25,7 +26,7 @@ impl Study<'_> for TorquesUsed {
     fn take_part(&mut self, _: &Machine, rows: &Rows) {
         self.rows += rows.len();
         if let Some(used) = rows.outcomes.known_column(Quantity::MeasuredTorques) {
-            self.with_torques += used.iter().filter(|&&torques| torques > 0.0).count();
+            self.rows_by_forces += used.iter().filter(|&&torques| torques > 0.0).count();
         }
     }
 }
@@ -40,7 +41,7 @@ impl Notes for TorquesUsed {
             .collect();
         linkages.dedup();
         let linkages = linkages.join(", ");
-        let text = match (linkages.is_empty(), self.with_torques) {
+        let text = match (linkages.is_empty(), self.rows_by_forces) {
             (true, _) => return Vec::new(),
             (false, 0) => say!(
                 "The forces of {} were not used: they are missing in every row, or the model cannot use them.",

@@ -17,7 +17,7 @@ pub mod inputs;
 pub mod margin;
 pub mod measured_loads;
 mod measured_log;
-mod measured_torques;
+pub mod measured_torques;
 pub mod model_comparison;
 pub mod monte_carlo;
 mod notes;

@@ -13,6 +13,7 @@ use super::coverage::Coverage;
 use super::digest::Digest;
 use super::margin::Margins;
 use super::measured_loads::LoadComparison;
+use super::measured_torques::TorquesUsed;
 use super::model_comparison::ModelComparison;
 use super::monte_carlo::MonteCarlo;
 use super::payload::EstimatedPayload;
@@ -55,6 +56,8 @@ pub struct Analysis {
     pub rows: Table,
     /// Key figures of all rows.
     pub digest: Digest,
+    /// Rows in which measured forces determined the load split.
+    pub torques: TorquesUsed,
     /// The margins.
     pub margins: Margins,
     /// Share of the log's time that could be computed.

@@ -12,6 +12,22 @@ use crate::base::rows::Rows;
 use crate::base::support_sets::SupportSet;
 use crate::base::table::Table;
 
+/// Default limit of a light wheel, as a share of its static load.
+const DEFAULT_MIN_LOAD_SHARE: f64 = 0.05;
+
+/// The load below which each wheel is light (N); `None` if it depends on unknown static loads.
+pub(crate) fn min_loads(machine: &Machine) -> Option<Vec<f64>> {
+    let (limits, static_load) = (machine.limits(), &machine.reference().static_load);
+    if let Some(load) = limits.min_load {
+        return Some(vec![load; static_load.len()]);
+    }
+    let share = limits.min_load_share.unwrap_or(DEFAULT_MIN_LOAD_SHARE);
+    static_load
+        .iter()
+        .all(|load| load.is_finite())
+        .then(|| static_load.iter().map(|load| load * share).collect())
+}
+
 /// The machine on one set of supports, and the rows in which it stands on them.
 #[derive(Debug)]
 pub(crate) struct StandingRows<'a> {

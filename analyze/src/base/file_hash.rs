@@ -34,6 +34,16 @@ impl FileHash {
         self.sha256.as_deref().unwrap_or(none)
     }
 
+    /// The entries of a metadata record about the file of a log with this index.
+    pub(crate) fn entries(&self, index: usize) -> [(String, String); 3] {
+        [
+            ("name", self.path.clone()),
+            ("sha256", self.hash_text().to_owned()),
+            ("bytes", self.bytes.to_string()),
+        ]
+        .map(|(key, value)| (format!("file_{index}_{key}"), value))
+    }
+
     /// Returns the identity of this content: its hash, or else the version by its server. Includes the name, unless the server's
     /// tag is of the bytes.
     pub(crate) fn identity(&self) -> String {

@@ -6,9 +6,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use tempfile::TempPath;
-
-/// Ending of the names of unfinished files.
-const UNFINISHED: &str = ".tipwatch-part";
+use tipwatch_storage::UNFINISHED;
 
 /// Replaces a file by these bytes.
 pub(crate) fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {

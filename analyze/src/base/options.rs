@@ -2,6 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
+use tipwatch_language::{Language, Speaking, speak};
 
 /// Most machines that are drawn for a Monte Carlo study.
 pub const MOST_DRAWS: u32 = 10_000;
@@ -68,6 +69,32 @@ pub enum Precision {
     /// 64 bits: every bit of the computation.
     #[value(name = "64")]
     Double,
+}
+
+/// Language of reports and findings by its tag (ISO 639).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
+pub enum ReportLanguage {
+    /// English.
+    #[default]
+    En,
+    /// German.
+    De,
+}
+
+impl From<ReportLanguage> for Language {
+    fn from(language: ReportLanguage) -> Self {
+        match language {
+            ReportLanguage::En => Self::English,
+            ReportLanguage::De => Self::German,
+        }
+    }
+}
+
+impl ReportLanguage {
+    /// Chooses the language in a process with several callers, until what is returned is dropped.
+    pub fn speak(self) -> Speaking {
+        speak(self.into())
+    }
 }
 
 /// Which rows `derived.mcap` has.

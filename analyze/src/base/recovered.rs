@@ -42,9 +42,7 @@ impl RecoveredFrom {
             ("bytes_lost".into(), self.bytes_lost.to_string()),
         ]);
         for (index, file) in self.files.iter().enumerate() {
-            values.insert(format!("file_{index}_name"), file.path.clone());
-            values.insert(format!("file_{index}_sha256"), file.hash_text().to_owned());
-            values.insert(format!("file_{index}_bytes"), file.bytes.to_string());
+            values.extend(file.entries(index));
         }
         for (index, loss) in self.losses.iter().enumerate() {
             values.insert(format!("loss_{index:05}"), loss.clone());

@@ -2,11 +2,9 @@
 
 use std::ops::Range;
 
-use nalgebra::Vector3;
-use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::Reasons;
 use tipwatch_mechanics::verdict::{Conditions, Verdict};
-use tipwatch_mechanics::{OutcomeColumns, Quantity, Scope, State, StateColumns};
+use tipwatch_mechanics::{OutcomeColumns, Quantity, Scope, StateColumns};
 
 use super::predicted::Predictions;
 use super::support_sets::SupportSet;
@@ -41,14 +39,6 @@ impl Rows {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.times_ns.is_empty()
-    }
-
-    /// Upward direction of a row in base axes, if the log has an attitude.
-    #[must_use]
-    pub fn up_in_base(&self, machine: &Machine, row: usize) -> Option<Vector3<f64>> {
-        let mut state = State::zero(machine);
-        self.states.get(row, &mut state);
-        Some(state.base.up).filter(|up| up.iter().all(|c| c.is_finite()))
     }
 
     /// Whether a row is valid.

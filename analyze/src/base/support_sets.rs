@@ -58,7 +58,14 @@ impl SupportSets {
         self.index_of_row(row).map(|set| &self.sets[set])
     }
 
-    /// Outcomes of some rows of the table, which begin at row `first`, and their reasons.
+    /// Whether loads of the supports of a set were measured.
+    pub(crate) fn have_loads_of(&self, set: &SupportSet) -> bool {
+        let measures = |joint: &ActuatedJoint| joint.support_place().is_some();
+        let mut joints = set.machine.contact().actuated_joints.iter();
+        self.are_measured && joints.any(measures)
+    }
+
+    /// Outcomes of some rows of the table, which begin at row `first`, and their reasons, without those by measured loads.
     pub(crate) fn evaluate(
         &self,
         whole: &BatchEvaluator,
@@ -79,15 +86,6 @@ impl SupportSets {
             let of_set = evaluate_rows(&set.machine, states, rows.clone(), scope, model);
             for (row, reasons) in reasons[rows.clone()].iter_mut().enumerate() {
                 *reasons = of_set.reasons(row, *reasons);
-            }
-            if self.are_measured {
-                mark_contradictions(
-                    &set.machine,
-                    states,
-                    rows.start,
-                    &of_set,
-                    &mut reasons[rows.clone()],
-                );
             }
             outcomes.write(rows.start, &of_set, &set.places);
         }
@@ -113,17 +111,12 @@ impl SupportSets {
 }
 
 /// Marks the rows in which the measured load of a support contradicts equilibrium.
-fn mark_contradictions(
+pub(super) fn mark_contradictions(
     machine: &Machine,
     states: &StateColumns,
-    first: usize,
     outcomes: &OutcomeColumns,
     reasons: &mut [Reasons],
 ) {
-    let measures = |joint: &ActuatedJoint| joint.support_place().is_some();
-    if !machine.contact().actuated_joints.iter().any(measures) {
-        return;
-    }
     let mut state = State::zero(machine);
     let joints = 0..machine.contact().actuated_joints.len();
     let residuals: Vec<_> = joints
@@ -134,7 +127,7 @@ fn mark_contradictions(
         .map(|wheel| outcomes.known_column(Quantity::LoadSigma(wheel)))
         .collect();
     for (row, reasons) in reasons.iter_mut().enumerate() {
-        states.get(first + row, &mut state);
+        states.get(row, &mut state);
         reasons.add_all(doubts_by_measured_loads(
             machine,
             &state,

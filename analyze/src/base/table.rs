@@ -9,7 +9,7 @@ use std::sync::{Arc, OnceLock};
 
 use anyhow::{Result, bail};
 use rayon::prelude::*;
-use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::machine::{Machine, Proofs, SessionProofs};
 use tipwatch_mechanics::state::{Reason, Reasons};
 use tipwatch_mechanics::{
     BatchEvaluator, Model, OutcomeColumns, Quantity, Scope, State, StateColumns,
@@ -20,7 +20,7 @@ use super::in_order::in_order;
 use super::predicted::Predictions;
 use super::rows::{Rows, Verdicts, row_at};
 use super::state_source::StateSource;
-use super::support_sets::SupportSets;
+use super::support_sets::{SupportSets, mark_contradictions};
 use super::verdicts::{MonitorRecord, ProofRecord, RowJudge};
 use super::widening::Widening;
 
@@ -46,6 +46,8 @@ pub struct Table {
     proofs: ProofRecord,
     /// Whether the loads are those of a supposition, of which the recorded motion of the platform shows nothing.
     is_supposed: bool,
+    /// Whether a gyro measured how the platform turned; an odometry knows nothing of a lean.
+    has_gyro: bool,
     widening: Option<Arc<dyn Widening>>,
     /// The sets of supports, if they come and go; the machine of `evaluator` then only names the columns.
     supports: Option<Arc<SupportSets>>,
@@ -74,6 +76,7 @@ impl Table {
             rotating: Vec::new(),
             proofs: ProofRecord::default(),
             is_supposed: false,
+            has_gyro: false,
             widening: None,
             supports: None,
             commands: None,
@@ -86,16 +89,37 @@ impl Table {
         self.widening = Some(widening);
     }
 
-    /// States when the platform rotates about an edge, by gyro and attitude alone: first and last times (ns).
+    /// States when the platform rotates about an edge, as the estimator knew it in each row: first and last times (ns).
     pub(crate) fn rotating(mut self, rotating: Vec<[i64; 2]>) -> Self {
         self.rotating = rotating;
         self
+    }
+
+    /// States it in retrospect: in the rows at these times the machine tips, and in no others by how its platform rotates.
+    pub(crate) fn rotated(&mut self, rotating: Vec<[i64; 2]>) {
+        for (&time_ns, reasons) in self.times_ns.iter().zip(&mut self.reasons) {
+            *reasons = reasons.without(Reason::Tipping);
+            if (rotating.iter()).any(|[first, last]| (*first..=*last).contains(&time_ns)) {
+                reasons.add(Reason::Tipping);
+            }
+        }
+        self.rotating = rotating;
     }
 
     /// States the proofs on which the verdicts rest. Without them nothing is proven.
     pub(crate) fn resting_on(mut self, proofs: ProofRecord) -> Self {
         self.proofs = proofs;
         self
+    }
+
+    /// The signals that a commissioning or the motion of the whole log has proven.
+    pub(crate) fn proven(&self) -> Proofs {
+        self.proofs.proven()
+    }
+
+    /// What the signals of the whole log show of their proofs.
+    pub(crate) fn shown(&self) -> SessionProofs {
+        self.proofs.shown_at_end()
     }
 
     /// States whether the loads are those of something supposed.
@@ -107,6 +131,17 @@ impl Table {
     /// Whether the loads are those of a supposition.
     pub(crate) fn is_supposed(&self) -> bool {
         self.is_supposed
+    }
+
+    /// States whether a gyro measured how the platform turned.
+    pub(crate) fn turning_by_gyro(mut self, has_gyro: bool) -> Self {
+        self.has_gyro = has_gyro;
+        self
+    }
+
+    /// Whether a gyro measured how the platform turned.
+    pub(crate) fn has_gyro(&self) -> bool {
+        self.has_gyro
     }
 
     /// Predicts the motion ahead of each row: for rows whose states know nothing of later samples.
@@ -147,6 +182,7 @@ impl Table {
             rotating: self.rotating.clone(),
             proofs: self.proofs.clone(),
             is_supposed: self.is_supposed,
+            has_gyro: self.has_gyro,
             widening: self.widening.clone(),
             supports: None,
             commands: None,
@@ -276,12 +312,12 @@ impl Table {
             verdicts: None,
         };
         match (&self.widening, &self.supports) {
-            (None, _) => {}
+            (None, None) => {}
             (Some(widening), None) => widening.widen(evaluator.machine(), &mut rows, next_ns),
-            (Some(widening), Some(supports)) => {
+            (widening, Some(supports)) => {
                 widen_on_supports(
                     supports,
-                    widening.as_ref(),
+                    widening.as_deref(),
                     evaluator.scope(),
                     &mut rows,
                     next_ns,
@@ -410,11 +446,11 @@ impl Table {
     }
 }
 
-/// Widens the bands of rows, each span with the machine on its supports; `next_ns` is the time of the row that follows
-/// them.
+/// Widens the bands of rows, each span with the machine on its supports, and marks the rows in which a measured load is not within
+/// them; `next_ns` is the time of the row that follows.
 fn widen_on_supports(
     supports: &SupportSets,
-    widening: &dyn Widening,
+    widening: Option<&dyn Widening>,
     scope: Scope,
     all: &mut Rows,
     next_ns: Option<i64>,
@@ -423,10 +459,20 @@ fn widen_on_supports(
         let Some(set) = set.map(|set| &supports.sets[set]) else {
             continue;
         };
+        let has_loads = supports.have_loads_of(set);
+        if widening.is_none() && !has_loads {
+            continue;
+        }
         let next_ns = all.times_ns.get(rows.end).copied().or(next_ns);
         let mut of_set = all.on_set(set, scope, rows.clone());
-        widening.widen(&set.machine, &mut of_set, next_ns);
-        all.outcomes
-            .write(rows.start, &of_set.outcomes, &set.places);
+        if let Some(widening) = widening {
+            widening.widen(&set.machine, &mut of_set, next_ns);
+            all.outcomes
+                .write(rows.start, &of_set.outcomes, &set.places);
+        }
+        if has_loads {
+            let reasons = &mut all.reasons[rows];
+            mark_contradictions(&set.machine, &of_set.states, &of_set.outcomes, reasons);
+        }
     }
 }

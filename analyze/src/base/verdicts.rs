@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use tipwatch_mechanics::geometry::coordinate::Motion;
-use tipwatch_mechanics::machine::{Commissioned, Machine, Proofs, SessionProofs};
+use tipwatch_mechanics::machine::{Commissioned, Machine, Proof, Proofs, SessionProofs, SupportId};
 use tipwatch_mechanics::prediction::{PacedPredictor, Prediction};
 use tipwatch_mechanics::verdict::{
     Conditions, Judge, Latch, Level, LiftOff, LiftOffForecast, RowFacts,
@@ -32,6 +32,8 @@ pub(crate) struct MonitorRecord {
 pub(crate) struct ProofRecord {
     /// Proofs that the loads need.
     pub(crate) needed: Proofs,
+    /// Supports whose loads are measured: on these alone, the loads need nothing of the ground.
+    pub(crate) measured_supports: Vec<SupportId>,
     /// Proofs by a commissioning.
     pub(crate) commissioned: Commissioned,
     /// Proofs by the signals of the session, from the row at each time (ns) on, in order.
@@ -42,6 +44,7 @@ impl Default for ProofRecord {
     fn default() -> Self {
         Self {
             needed: Proofs::ALL,
+            measured_supports: Vec::new(),
             commissioned: Commissioned::NONE,
             shown: Vec::new(),
         }
@@ -49,14 +52,37 @@ impl Default for ProofRecord {
 }
 
 impl ProofRecord {
-    /// Returns the needed proofs that are missing in the row at this time, with the joints there.
-    fn unproven_at(&self, time_ns: i64, joints: &[Motion<f64>]) -> Proofs {
+    /// What the signals of the whole log show.
+    pub(super) fn shown_at_end(&self) -> SessionProofs {
+        let shown = self.shown.last();
+        shown.map_or(SessionProofs::NONE, |(_, shown)| *shown)
+    }
+
+    /// What a commissioning or the motion of the whole log has proven, and nothing disputes.
+    pub(super) fn proven(&self) -> Proofs {
+        let shown = self.shown_at_end();
+        let proven = self.commissioned.proofs().with(shown.proven);
+        proven.without(shown.disputed)
+    }
+
+    /// Returns the needed proofs that are missing in the row at this time, with the joints there. `on` is the set of supports that
+    /// come and go, where it is known.
+    fn unproven_at(
+        &self,
+        time_ns: i64,
+        joints: &[Motion<f64>],
+        on: Option<&[SupportId]>,
+    ) -> Proofs {
         let later = self
             .shown
             .partition_point(|(from_ns, _)| *from_ns <= time_ns);
         let shown = self.shown[..later].last();
         let shown = shown.map_or(SessionProofs::NONE, |(_, shown)| *shown);
-        shown.unproven(self.needed, self.commissioned.at(joints))
+        let mut needed = self.needed;
+        if on.is_some_and(|on| on.iter().all(|id| self.measured_supports.contains(id))) {
+            needed.remove(Proof::Ground);
+        }
+        shown.unproven(needed, self.commissioned.at(joints))
     }
 }
 
@@ -188,6 +214,8 @@ impl<'a> RowJudge<'a> {
                 *otf = column[row];
             }
             rows.states.get(row, &mut self.state);
+            let on = (self.supports).and_then(|supports| supports.of_row(rows.first + row));
+            let on = on.map(|set| set.machine.stands_on());
             let verdict = self.judge.row(&RowFacts {
                 time_ns,
                 reasons,
@@ -195,7 +223,7 @@ impl<'a> RowJudge<'a> {
                 is_wheel_unloaded: self.otf.iter().any(|otf| *otf <= 0.0),
                 rotates: (self.rotating.iter())
                     .any(|[first, last]| (*first..=*last).contains(&time_ns)),
-                unproven: self.proofs.unproven_at(time_ns, &self.state.joints),
+                unproven: self.proofs.unproven_at(time_ns, &self.state.joints, on),
                 conditions,
                 is_acknowledged,
             });

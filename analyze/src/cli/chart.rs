@@ -50,10 +50,7 @@ pub(super) fn run(args: &ChartArgs, terminal: Terminal) -> Result<Exit> {
     if payloads_kg.any(|mass| !(mass.is_finite() && *mass >= 0.0)) {
         return Err(Usage("--payload: expected masses that are not negative [kg]").into());
     }
-    let mut file = args.inertias.read(args.machine.path()?)?;
-    if let Some(urdf) = &args.urdf {
-        file = file.with_urdf(urdf)?;
-    }
+    let file = (args.inertias).read_with_urdf(args.machine.path()?, args.urdf.as_deref())?;
     let machine = file.check_alone()?;
     let made = chart(&machine, request)?;
     let compared = match &args.compare {

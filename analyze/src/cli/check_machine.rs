@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use clap::Args;
-use tipwatch_binding::commissioning_text;
 use tipwatch_calibration::commissioning::{Assessment, Status};
 
 use super::exit::{Exit, Terminal, Usage};
@@ -55,10 +54,7 @@ pub(super) fn run(args: &CheckMachineArgs, terminal: Terminal) -> Result<Exit> {
     if args.live {
         return Err(run_live(args)?);
     }
-    let mut file = args.inertias.read(args.machine.path()?)?;
-    if let Some(urdf) = &args.urdf {
-        file = file.with_urdf(urdf)?;
-    }
+    let file = (args.inertias).read_with_urdf(args.machine.path()?, args.urdf.as_deref())?;
     let check = check_machine::check(&file, args.log.as_deref());
     let Some(log) = &args.log else {
         if args.commissioning.is_some() {
@@ -78,7 +74,7 @@ pub(super) fn run(args: &CheckMachineArgs, terminal: Terminal) -> Result<Exit> {
         lost: commissioned.has_losses && args.commissioning.is_some(),
         ..exit
     };
-    let text = commissioning_text(&commissioned.assessment);
+    let text = &commissioned.text;
     match check {
         Ok(check) => {
             let exit = exit.and(exit_of_weighings(&check));
@@ -90,7 +86,7 @@ pub(super) fn run(args: &CheckMachineArgs, terminal: Terminal) -> Result<Exit> {
             Ok(exit)
         }
         Err(error) => {
-            to_stdout(&text)?;
+            to_stdout(text)?;
             terminal.error(&error);
             Ok(exit.and(Exit::FAILED))
         }

@@ -58,10 +58,7 @@ pub(super) fn run(args: &IdentifyArgs, terminal: Terminal) -> Result<Exit> {
     if let Some(out) = &args.out {
         OutputPlace::require_local(out)?;
     }
-    let mut file = args.inertias.read(&args.machine)?;
-    if let Some(urdf) = &args.urdf {
-        file = file.with_urdf(urdf)?;
-    }
+    let file = (args.inertias).read_with_urdf(&args.machine, args.urdf.as_deref())?;
     let found = identify(
         &file,
         &Request {

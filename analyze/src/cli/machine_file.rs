@@ -56,6 +56,15 @@ impl InertiaArgs {
         self.applied(MachineFile::read(path)?)
     }
 
+    /// Reads a machine file for use with this URDF, if one is given.
+    pub(super) fn read_with_urdf(self, path: &Path, urdf: Option<&Path>) -> Result<MachineFile> {
+        let file = self.read(path)?;
+        Ok(match urdf {
+            Some(urdf) => file.with_urdf(urdf)?,
+            None => file,
+        })
+    }
+
     pub(super) fn applied(self, file: MachineFile) -> Result<MachineFile> {
         Ok(match self.accept_inertias {
             true => file.accepting_inertias()?,

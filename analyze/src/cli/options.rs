@@ -3,13 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use clap::{Args, ValueEnum};
-use tipwatch_language::Language;
+use clap::Args;
 
 use crate::analysis::DEFAULT_MIN_VALID;
 use crate::base::options::{
     ApplyClockOffsets, ClosedFormInput, Estimator, HIGHEST_RATE_HZ, LONGEST_STEP_S, ModelKind,
-    Options, QuasiStaticOption, positive, share,
+    Options, QuasiStaticOption, ReportLanguage, positive, share,
 };
 use crate::events::EventKind;
 use crate::output::custody::Origin;
@@ -64,21 +63,8 @@ pub(super) struct LanguageArgs {
 impl LanguageArgs {
     /// Chooses the language for the whole program.
     pub(super) fn choose(self) {
-        tipwatch_language::choose(match self.lang {
-            ReportLanguage::En => Language::English,
-            ReportLanguage::De => Language::German,
-        });
+        tipwatch_language::choose(self.lang.into());
     }
-}
-
-/// A language by its tag (ISO 639).
-#[derive(Debug, Clone, Copy, Default, ValueEnum)]
-enum ReportLanguage {
-    /// English.
-    #[default]
-    En,
-    /// German.
-    De,
 }
 
 /// Whose analysis it is.

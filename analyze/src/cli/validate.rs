@@ -38,10 +38,7 @@ pub(super) struct ValidateArgs {
 }
 
 pub(super) fn run(args: &ValidateArgs, terminal: Terminal) -> Result<Exit> {
-    let mut file = args.inertias.read(&args.machine)?;
-    if let Some(urdf) = &args.urdf {
-        file = file.with_urdf(urdf)?;
-    }
+    let file = (args.inertias).read_with_urdf(&args.machine, args.urdf.as_deref())?;
     let found = validate(&file, &args.logs, args.estimator)?;
     match args.json {
         true => to_stdout(&format!("{}\n", serde_json::to_string_pretty(&found)?))?,

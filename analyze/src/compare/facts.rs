@@ -99,6 +99,9 @@ pub struct EventPair {
     /// Evidence of the side without the event. In documents, whether that is [`Elsewhere::Open`].
     #[serde(rename = "is_open_elsewhere")]
     pub elsewhere: Elsewhere,
+    /// Whether another pair has the event of A that this event of B overlaps: readers see that one alone.
+    #[serde(skip)]
+    pub is_repeated: bool,
     /// Whether the event of A would have happened as supposed in B; null where nothing is supposed.
     pub supposed: Option<Reply>,
 }
@@ -115,8 +118,6 @@ pub enum Elsewhere {
     Open,
     /// Nothing: it has no rows in its time, or the logs say nothing of each other.
     Unknown,
-    /// The side has the event, too, in another pair: readers are not told of it twice.
-    Told,
 }
 
 impl Serialize for Elsewhere {
@@ -126,11 +127,6 @@ impl Serialize for Elsewhere {
 }
 
 impl EventPair {
-    /// Whether readers are told of the event.
-    pub(super) fn is_told(&self) -> bool {
-        self.elsewhere != Elsewhere::Told
-    }
-
     /// Describes the event: what happened, and to what.
     pub(super) fn what(&self) -> String {
         let (wheel, subject) = (support_word(&self.subject), edge_word(&self.subject));
@@ -401,6 +397,7 @@ pub(super) fn events(a: &Side, b: &Side, same_log: bool, has_same_times: bool) -
                 (None, Some(event)) => without(a, event),
                 _ => Elsewhere::There,
             },
+            is_repeated: false,
             supposed: None,
         })
     };
@@ -452,7 +449,7 @@ pub(super) fn answer(
     for pair in pairs.iter_mut().filter(|pair| is_it(pair)) {
         if std::mem::replace(&mut is_answered, true) {
             pair.a = None;
-            pair.elsewhere = Elsewhere::Told;
+            pair.is_repeated = true;
         } else {
             pair.supposed = Some(reply.clone());
         }
@@ -464,7 +461,7 @@ pub(super) fn answer(
     pairs.retain(|pair| {
         let is_same =
             |of: &EventPair| (&of.kind, &of.subject, &of.b) == (&pair.kind, &pair.subject, &pair.b);
-        pair.is_told() || !with_a.iter().any(is_same)
+        !pair.is_repeated || !with_a.iter().any(is_same)
     });
     sort(pairs);
 }
@@ -567,7 +564,7 @@ mod tests {
             .collect();
         assert_eq!(starts_s, [2.0, 16.0]);
         // the others of B are in the document, as its own
-        let others = pairs.iter().filter(|pair| !pair.is_told());
+        let others = pairs.iter().filter(|pair| pair.is_repeated);
         let starts_s: Vec<f64> = others
             .map(|pair| {
                 assert!(pair.a.is_none());
@@ -599,7 +596,7 @@ mod tests {
         assert!(
             pairs
                 .iter()
-                .all(|pair| pair.is_told() && pair.supposed.is_some())
+                .all(|pair| !pair.is_repeated && pair.supposed.is_some())
         );
     }
 

@@ -69,6 +69,9 @@ const FEWEST_DIGITS: usize = 4;
 const MOST_DIGITS: usize = 17;
 /// Key of the rule by which the load is split, a sentence.
 const SPLIT_RULE: &str = "split_rule";
+/// Keys of the hash of a URDF whose text is known, and of its place.
+const URDF_TEXT: &str = "URDF SHA-256";
+const URDF_PLACE: &str = "urdf";
 
 impl InputDifference {
     /// Returns the suppositions, which only B has.
@@ -100,6 +103,7 @@ impl InputDifference {
         };
         let value = |value: &Option<String>, shown: &dyn Fn(&str) -> String| match value {
             Some(value) => shown(value),
+            None if self.kind == InputKind::Supposed => word!("as recorded").into(),
             None => word!("not stated").into(),
         };
         let [a, b] = [&self.a, &self.b].map(|of| value(of, &shown));
@@ -210,13 +214,17 @@ pub(super) fn inputs(a: &Side, b: &Side) -> Vec<InputDifference> {
     let [on_a, on_b] = [a, b].map(|side| stated(side, has_files));
     // one machine file has one rule, which two results may tell in two languages
     let is_one_file = on_a.get(MACHINE_FILE) == on_b.get(MACHINE_FILE);
+    // nor does one URDF become another in another place
+    let [urdf_a, urdf_b] = [&on_a, &on_b].map(|side| side.get(URDF_TEXT));
+    let is_one_urdf = urdf_a.is_some() && urdf_a == urdf_b;
     let keys: BTreeSet<_> = on_a.keys().chain(on_b.keys()).collect();
     let differences = keys.into_iter().filter_map(|key| {
         let sides = [&on_a, &on_b].map(|side| side.get(key));
         let (kind, _) = sides.into_iter().flatten().next()?;
         let values = sides.map(|side| side.map(|(_, value)| value));
         let [a, b] = values.map(|value| value.map(text_of));
-        let is_input = a != b && !(is_one_file && key == SPLIT_RULE);
+        let is_same = is_one_file && key == SPLIT_RULE || is_one_urdf && key == URDF_PLACE;
+        let is_input = a != b && !is_same;
         is_input.then(|| InputDifference {
             key: key.clone(),
             a,
@@ -263,7 +271,7 @@ fn stated(side: &Side, has_files: bool) -> Stated {
             let file = toml::from_str::<toml::Table>(&sources.machine_file).ok();
             let file = file.and_then(|table| serde_json::to_value(table).ok());
             add(InputKind::Parameter, "", &file.unwrap_or_default());
-            add(hash(HashedFile::UrdfText), "URDF SHA-256", urdf);
+            add(hash(HashedFile::UrdfText), URDF_TEXT, urdf);
             flatten_urdf(&sources.urdf, &mut found);
         }
         None => {
@@ -409,6 +417,13 @@ mod tests {
         assert!(key.contains('1'), "{key}");
     }
 
+    /// "supposed: not stated in A" stood there.
+    #[test]
+    fn what_is_supposed_is_told_beside_what_was_recorded() {
+        let [_, a, b] = InputDifference::supposed("level ground".into()).cells();
+        assert_eq!([a, b], ["as recorded", "level ground"]);
+    }
+
     /// "option from s: not stated in A" stood there.
     #[test]
     fn options_are_told_in_words() {
@@ -448,6 +463,15 @@ mod tests {
         );
         assert_eq!(keys(&a, &side("1.0", "<!-- b -->")), ["URDF SHA-256"]);
         assert!(keys(&a, &a).is_empty());
+        // the same one in another place is the same input
+        let at = |place: &str, mass: &str| {
+            let mut side = side(mass, "");
+            let machine_file = format!("urdf = \"{place}\"");
+            side.sources.as_mut().unwrap().machine_file = machine_file;
+            side
+        };
+        assert!(keys(&at("a.urdf", "1.0"), &at("b/a.urdf", "1.0")).is_empty());
+        assert_eq!(keys(&at("a.urdf", "1.0"), &at("b/a.urdf", "2.0")).len(), 2);
     }
 
     #[test]

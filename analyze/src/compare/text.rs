@@ -162,10 +162,10 @@ pub(super) fn zero_of_times(comparison: &Comparison) -> Option<String> {
     }
 }
 
-/// The events that a reader is told of, a line each; those that differ in nothing but what happened are on one line.
+/// The events, without those of B that an answered event of A overlaps, a line each; those that differ in nothing but what happened are on one line.
 pub(super) fn events(pairs: &[EventPair]) -> Vec<String> {
     let mut lines: Vec<(Vec<String>, String)> = Vec::new();
-    for pair in pairs.iter().filter(|pair| pair.is_told()) {
+    for pair in pairs.iter().filter(|pair| !pair.is_repeated) {
         let sides = sides(pair);
         match lines.iter_mut().find(|(_, same)| *same == sides) {
             Some((what, _)) => what.push(pair.what()),
@@ -201,7 +201,7 @@ fn sides(pair: &EventPair) -> String {
         .chain(side("B", &pair.b))
         .collect();
     let only = match (pair.a.is_some(), pair.elsewhere) {
-        (_, Elsewhere::There | Elsewhere::Told) => "",
+        (_, Elsewhere::There) => "",
         (true, Elsewhere::Open) => word!(", in A; B cannot be computed there"),
         (false, Elsewhere::Open) => word!(", in B; A cannot be computed there"),
         (true, Elsewhere::Absent) => word!(", only in A"),
@@ -295,6 +295,7 @@ mod tests {
             }),
             b: None,
             elsewhere: Elsewhere::Absent,
+            is_repeated: false,
             supposed: None,
         };
         let mut pairs = vec![
@@ -304,8 +305,8 @@ mod tests {
             pair(EventKind::TipOver, "left", 4.5),
         ];
         assert_eq!(events(&pairs).len(), 2);
-        // what a reader is not told of is on none
-        pairs[1].elsewhere = Elsewhere::Told;
+        // what another pair shows is on none
+        pairs[1].is_repeated = true;
         assert_eq!(events(&pairs).len(), 1);
     }
 }

@@ -171,7 +171,7 @@ impl<'a> OfRows<'a> {
             return false;
         }
         self.rows.states.get(row, state);
-        let knows_attitude = state.base.up.iter().all(|c| c.is_finite());
+        let knows_attitude = state.base.known_up().is_some();
         let joints = self.machine.joints().iter().zip(&state.joints);
         let still = joints
             .filter(|(joint, _)| joint.spins_wheel.is_none() || !knows_attitude)

@@ -7,6 +7,7 @@ use super::causes::Causes;
 use super::episodes::{Episode, MERGED_NS, episodes_within, joined, least, most};
 use super::event::{Bound, Event, EventKind, ShownBy, TIP_OVER_RAD};
 use super::evidence::Evidence;
+use super::leaning;
 use super::onset::{self, Curve, Onset};
 use super::pages::Pages;
 use super::tipping::Tipping;
@@ -17,6 +18,10 @@ const BEFORE_S: f64 = 0.1;
 const AVERAGED_S: f64 = 0.3;
 /// Probability that loads are right from which on nothing is stated about their error.
 const LEAST_RIGHT: f64 = 0.99;
+/// Subject of the doubt of loads that the platform does not show.
+pub(crate) const NO_LEAN: &str = "loads without the lean that they cause";
+/// Standard deviations by which a load is below zero, or a time before another one, for certain.
+const SURE_SIGMAS: f64 = 2.0;
 /// Shortest time before an onset that rows must show (s).
 const SEEN_S: f64 = 0.1;
 
@@ -36,8 +41,20 @@ pub(super) struct Finder<'a> {
 /// Direction in which time runs.
 #[derive(Clone, Copy)]
 enum Time {
-    Forward,
+    /// Forward, up to a time (s) from which on the load is known to be zero.
+    Forward(f64),
     Backward,
+}
+
+/// A load that falls through zero when an event begins, and rises through it when it ends.
+#[derive(Clone, Copy)]
+enum Falling<'a> {
+    /// That of a wheel above a level (N), as if it alone were held to the ground.
+    Wheel(usize, f64),
+    /// That of a wheel beside others in the air: how far below zero it was is not known, but how fast it rises.
+    BesideOthers(usize),
+    /// That off the edge of a tipping.
+    OffEdge(&'a Tipping),
 }
 
 impl Finder<'_> {
@@ -120,6 +137,13 @@ impl Finder<'_> {
         (self.rotations_off(wheel).filter(overlaps)).min_by_key(|tipping| tipping.episode.first)
     }
 
+    /// Whether the machine rotated about an edge already when an episode began. A wheel of an axle astride that edge, which leaves the
+    /// ground when the axle comes to its stop, carries no load by then that is seen to fall.
+    fn rotates_before(&self, Episode { first, .. }: Episode) -> bool {
+        let mut rotating = self.tippings.iter().filter(|tipping| tipping.rotates);
+        rotating.any(|it| it.episode.first < first && first <= it.episode.last)
+    }
+
     fn is_rotated_off(&self, wheel: usize, row: usize) -> bool {
         let mut rows = (self.rotations_off(wheel)).map(|t| t.episode.first..=t.episode.last);
         rows.any(|rows| rows.contains(&row))
@@ -133,7 +157,8 @@ impl Finder<'_> {
         let found = found.into_iter().map(|episode| {
             let worst = least(&load, episode);
             let mut event = self.event(EventKind::WheelLight, name, episode, worst, "N");
-            self.end(&mut event, wheel, min_load_n, episode);
+            let falling = Falling::Wheel(wheel, min_load_n);
+            self.end(&mut event, episode.last, falling);
             let rotation = self.rotation_over(wheel, episode);
             match rotation.filter(|_| !(load(episode.first) < min_load_n)) {
                 // where the rotation alone shows that it was light, it was so when the rotation began, and may have been before
@@ -142,7 +167,8 @@ impl Finder<'_> {
                     event.start_bound = Bound::AtOrBefore;
                 }
                 None => {
-                    let passes = self.passage(wheel, min_load_n, episode.first, Time::Forward);
+                    let time = self.lifts_before(wheel, episode);
+                    let passes = self.passage(falling, episode.first, time);
                     event.start_sigma_s = passes.map(|onset| {
                         let off_s = onset.at_s - self.rows.seconds(episode.first);
                         onset.sigma_s.hypot(off_s)
@@ -183,11 +209,14 @@ impl Finder<'_> {
             let comes_down =
                 |t: &&Tipping| t.factors[wheel] > 0.0 && t.episode.last == episode.last;
             let with_edge = self.tippings.iter().find(comes_down);
-            let is_ended = self.end(&mut event, wheel, 0.0, episode)
-                || with_edge.is_some_and(|tipping| self.end_tipping(&mut event, tipping));
-            if !is_ended {
-                self.end_held(&mut event, wheel, episode.last);
-            }
+            let own = Falling::Wheel(wheel, 0.0);
+            let rising = [
+                Some(own),
+                with_edge.map(Falling::OffEdge),
+                Some(Falling::BesideOthers(wheel)),
+            ];
+            let mut rising = rising.into_iter().flatten();
+            rising.any(|of| self.end(&mut event, episode.last, of));
             self.add_confidence(&mut event, wheel, 0.0, episode);
             let rotation = self.rotation_over(wheel, episode);
             let holds = |row: usize| largest(row) <= 1e-6 * weight(row);
@@ -197,7 +226,7 @@ impl Finder<'_> {
             let is_shown = rotation
                 .is_none_or(|tipping| tipping.is_by_loads || episode.first < tipping.episode.first);
             let own = self
-                .passage(wheel, 0.0, episode.first, Time::Forward)
+                .passage(own, episode.first, self.lifts_before(wheel, episode))
                 .filter(|_| is_shown);
             // with no load left off an edge, that of one wheel is unknown: the last one lifted when their sum was zero
             let first_s = self.rows.seconds(episode.first);
@@ -212,14 +241,26 @@ impl Finder<'_> {
                 (onsets.filter(is_here)).min_by(|a, b| distance_s(a).total_cmp(&distance_s(b)))
             };
             let own = own.or_else(|| rotation.is_none().then(of_edge).flatten());
-            let begins_s = |tipping: &Tipping| match tipping.onset {
-                Some(onset) => onset.at_s,
-                None => self.rows.seconds(tipping.episode.first),
-            };
             let is_earlier =
-                |tipping: &Tipping| own.is_some_and(|own| own.at_s < begins_s(tipping));
+                |tipping: &Tipping| own.is_some_and(|own| own.at_s < self.begins_s(tipping));
+            // what is off the ground from the first known row on, by its own load, does not lift with a machine that tips later
+            let is_unseen = event.start_bound == Bound::AtOrBefore;
+            let was_off = |tipping: &Tipping| {
+                let sigma_s = tipping.onset.map_or(0.0, |onset| onset.sigma_s);
+                let until_s = self.begins_s(tipping) - SURE_SIGMAS * sigma_s;
+                let rows = episode.first..=episode.last;
+                let mut before = rows.take_while(|&row| self.rows.seconds(row) < until_s);
+                before.any(|row| {
+                    let error_n = SURE_SIGMAS * self.evidence.load_sigma(wheel, row);
+                    self.rows.is_meaningful(row) && otf(row) < -error_n
+                })
+            };
+            let lifts_with = |tipping: &Tipping| {
+                let is_with = self.lifts_last(wheel, tipping) || !is_earlier(tipping);
+                is_with && !(is_unseen && was_off(tipping))
+            };
             match rotation {
-                Some(tipping) if self.lifts_last(wheel, tipping) || !is_earlier(tipping) => {
+                Some(tipping) if lifts_with(tipping) => {
                     self.start_with(&mut event, tipping);
                     if !self.lifts_last(wheel, tipping) {
                         event.start_bound = Bound::AtOrBefore;
@@ -229,6 +270,9 @@ impl Finder<'_> {
                 _ => {
                     self.doubt_lift(&mut event, wheel, episode, rotation);
                     self.start(&mut event, episode, own);
+                    if own.is_none() && self.rotates_before(episode) {
+                        event.start_bound = Bound::AtOrBefore;
+                    }
                     event.any_split_ns = rotation.map(|t| self.start_of(t.episode, t.onset));
                     event.causes = self.causes(event.start_ns, &self.only(wheel));
                 }
@@ -253,6 +297,18 @@ impl Finder<'_> {
         };
         let by_loads = Episode { first, last };
         self.doubt(event, by_loads, |tipping| tipping.factors[wheel] > 0.0);
+        let known = self.rows.known() - 1;
+        self.doubt_by_lean(event, by_loads, rotation.map_or(known, |_| last));
+    }
+
+    /// Doubts an event that only loads show if the platform does not lean as they do, in rows up to `last`.
+    fn doubt_by_lean(&self, event: &mut Event, by_loads: Episode, last: usize) {
+        let right = leaning::loads_are_right(self.machine, self.rows, by_loads, last);
+        // loads below zero, if they are a doubt already, are another sign of the same wrong loads
+        let known = (event.doubt.as_ref()).map_or(1.0, |doubt| doubt.loads_are_right);
+        if let Some(right) = right.filter(|right| *right < LEAST_RIGHT.min(known)) {
+            event.doubt_by(vec![NO_LEAN.into()], right / known);
+        }
     }
 
     /// Doubts the event of a wheel, or of an edge, by the tippings that only loads show if these are farther below zero than their
@@ -275,10 +331,7 @@ impl Finder<'_> {
 
     /// Whether a wheel is the last one to lift when the machine begins to rotate about an edge: the heaviest shortly before.
     fn lifts_last(&self, wheel: usize, tipping: &Tipping) -> bool {
-        let onset_s = match tipping.onset {
-            Some(onset) => onset.at_s,
-            None => self.rows.seconds(tipping.episode.first),
-        };
+        let onset_s = self.begins_s(tipping);
         let [first, last] = [BEFORE_S + AVERAGED_S, BEFORE_S]
             .map(|before_s| self.rows.row_from(onset_s - before_s));
         // one row alone may be one in which the platform rocks
@@ -291,23 +344,52 @@ impl Finder<'_> {
         heaviest == Some(wheel)
     }
 
-    /// Finds the time at which the load of a wheel falls through a level around a row, or rises through it: then it falls in time
-    /// that runs backward.
-    fn passage(&self, wheel: usize, level_n: f64, row: usize, time: Time) -> Option<Onset> {
-        let error = self.evidence.known_error(wheel, row);
-        let sigma_n = self.evidence.sigma_of(wheel, row) * error.variance_share.sqrt();
-        let load = |row: usize| self.evidence.held_load(wheel, row) - error.mean_n - level_n;
-        self.passage_of(&load, sigma_n, row, time)
+    /// A load without this expected error, in a row (N).
+    fn load(&self, of: Falling<'_>, error_n: f64, row: usize) -> f64 {
+        let value = |quantity: Quantity| self.rows.value(quantity, row);
+        match of {
+            Falling::Wheel(wheel, level_n) => {
+                self.evidence.held_load(wheel, row) - error_n - level_n
+            }
+            Falling::BesideOthers(wheel) => value(Quantity::Load(wheel)) - error_n,
+            Falling::OffEdge(tipping) => {
+                let wheels = tipping.factors.iter().enumerate();
+                let off = wheels.filter(|(_, factor)| **factor > 0.0);
+                let loads = off.map(|(wheel, factor)| factor * value(Quantity::Otf(wheel)));
+                loads.sum::<f64>() - error_n
+            }
+        }
     }
 
-    /// The same for any load with this standard deviation (N), and the level zero.
-    fn passage_of(
-        &self,
-        load: &dyn Fn(usize) -> f64,
-        sigma_n: f64,
-        row: usize,
-        time: Time,
-    ) -> Option<Onset> {
+    /// Time at which a tipping began (s).
+    fn begins_s(&self, tipping: &Tipping) -> f64 {
+        match tipping.onset {
+            Some(onset) => onset.at_s,
+            None => self.rows.seconds(tipping.episode.first),
+        }
+    }
+
+    /// Returns time that runs forward up to where a wheel carries nothing for certain, if its load fell to zero in an episode at all:
+    /// a rotation lifts it, or the episode ends.
+    fn lifts_before(&self, wheel: usize, episode: Episode) -> Time {
+        let last_s = self.rows.seconds(episode.last);
+        let rotation = self.rotation_over(wheel, episode);
+        Time::Forward(rotation.map_or(last_s, |tipping| self.begins_s(tipping).min(last_s)))
+    }
+
+    /// Finds the time at which a load falls through zero around a row, or rises through it: then it falls in time that runs
+    /// backward.
+    fn passage(&self, of: Falling<'_>, row: usize, time: Time) -> Option<Onset> {
+        let known = |sigma_n: f64| Some(sigma_n).filter(|sigma_n| sigma_n.is_finite());
+        let (error_n, sigma_n) = match of {
+            Falling::Wheel(wheel, _) => {
+                let error = self.evidence.known_error(wheel, row);
+                let sigma_n = self.evidence.sigma_of(wheel, row);
+                (error.mean_n, sigma_n * error.variance_share.sqrt())
+            }
+            Falling::BesideOthers(wheel) => (0.0, known(self.evidence.sigma_of(wheel, row))?),
+            Falling::OffEdge(tipping) => (0.0, known(tipping.sigma_n)?),
+        };
         let near_s = self.rows.seconds(row);
         let longest_s = onset::PASSAGES_S[onset::PASSAGES_S.len() - 1];
         let mut curve = Curve::default();
@@ -315,14 +397,17 @@ impl Finder<'_> {
         let before = (0..row).rev().take_while(near).last().unwrap_or(row);
         let mut rows: Vec<usize> = (before..self.rows.len()).take_while(near).collect();
         let sign = match time {
-            Time::Forward => 1.0,
+            Time::Forward(zero_from_s) => {
+                curve.zero_from_s = Some(zero_from_s);
+                1.0
+            }
             Time::Backward => {
                 rows.reverse();
                 -1.0
             }
         };
         for row in rows.into_iter().filter(|&row| self.rows.is_meaningful(row)) {
-            curve.push(sign * self.rows.seconds(row), load(row));
+            curve.push(sign * self.rows.seconds(row), self.load(of, error_n, row));
         }
         let found = onset::passage(&curve, sign * near_s, sigma_n)?;
         let at_s = sign * found.at_s;
@@ -369,61 +454,20 @@ impl Finder<'_> {
         }
     }
 
-    /// Ends an event where the load of its wheel rises through a level, between the last row of the episode and the next; tells
-    /// whether it does.
-    fn end(&self, event: &mut Event, wheel: usize, level_n: f64, episode: Episode) -> bool {
-        let load = |row: usize| self.evidence.held_load(wheel, row) - level_n;
-        let rises = || self.passage(wheel, level_n, episode.last, Time::Backward);
-        self.end_where(event, episode.last, &load, &rises)
-    }
-
-    /// Ends the lift of a wheel that comes down beside others in the air: how far below zero its load was is not known, but how
-    /// fast it rises.
-    fn end_held(&self, event: &mut Event, wheel: usize, last: usize) -> bool {
-        let load = self.column(Quantity::Load(wheel));
-        let sigma_n = self.evidence.sigma_of(wheel, last);
-        let rises = || {
-            let sigma_n = Some(sigma_n).filter(|sigma_n| sigma_n.is_finite())?;
-            self.passage_of(&load, sigma_n, last, Time::Backward)
-        };
-        self.end_where(event, last, &load, &rises)
-    }
-
-    /// Ends a tipping where the load off its edge rises through zero.
-    fn end_tipping(&self, event: &mut Event, tipping: &Tipping) -> bool {
-        let load = |row: usize| -> f64 {
-            let wheels = tipping.factors.iter().enumerate();
-            let off = wheels.filter(|(_, factor)| **factor > 0.0);
-            off.map(|(wheel, factor)| factor * self.rows.value(Quantity::Otf(wheel), row))
-                .sum()
-        };
-        let last = tipping.episode.last;
-        let rises = || {
-            let sigma_n = Some(tipping.sigma_n).filter(|sigma_n| sigma_n.is_finite())?;
-            self.passage_of(&load, sigma_n, last, Time::Backward)
-        };
-        self.end_where(event, last, &load, &rises)
-    }
-
-    /// Ends an event where a load rises through zero after its last row; `rises` is when, and how certainly.
-    fn end_where(
-        &self,
-        event: &mut Event,
-        last: usize,
-        load: &dyn Fn(usize) -> f64,
-        rises: &dyn Fn() -> Option<Onset>,
-    ) -> bool {
+    /// Ends an event where a load rises through zero, between the last row of its episode and the next; tells whether it does.
+    fn end(&self, event: &mut Event, last: usize, of: Falling<'_>) -> bool {
         if event.end_ns.is_none() || event.end_bound != Bound::At {
             return false;
         }
-        let [below_n, above_n] = [last, last + 1].map(load);
+        let [below_n, above_n] = [last, last + 1].map(|row| self.load(of, 0.0, row));
         let does_rise = below_n <= 0.0 && above_n > 0.0;
         if does_rise {
             let share = below_n / (below_n - above_n);
             let [last_s, next_s] = [last, last + 1].map(|row| self.rows.seconds(row));
             let end_s = last_s + share * (next_s - last_s);
             event.end_ns = Some(self.rows.time_ns(end_s));
-            event.end_sigma_s = rises().map(|it| it.sigma_s.hypot(it.at_s - end_s));
+            let rises = self.passage(of, last, Time::Backward);
+            event.end_sigma_s = rises.map(|it| it.sigma_s.hypot(it.at_s - end_s));
         }
         does_rise
     }
@@ -474,7 +518,7 @@ impl Finder<'_> {
         let worst = most(&moment, tipping.episode);
         let mut event = self.event(EventKind::EdgeTipping, name, tipping.episode, worst, "N m");
         self.start_with(&mut event, tipping);
-        self.end_tipping(&mut event, tipping);
+        self.end(&mut event, tipping.episode.last, Falling::OffEdge(tipping));
         event.split_dependent = Some(false);
         event.certainty = tipping.certainty;
         event.certainty_any_split = tipping.certainty;
@@ -487,6 +531,9 @@ impl Finder<'_> {
         self.doubt(&mut event, tipping.episode, |other| {
             other.edge == tipping.edge
         });
+        if !tipping.rotates {
+            self.doubt_by_lean(&mut event, tipping.episode, self.rows.known() - 1);
+        }
         event.causes = self.causes(event.start_ns, &tipping.factors);
         event
     }
@@ -510,23 +557,54 @@ impl Finder<'_> {
 pub(super) fn add_leads(events: &mut [Event]) {
     let by_rotation =
         |event: &&Event| event.start_bound == Bound::AtOrBefore && event.start_sigma_s.is_some();
-    let light: Vec<(Option<i64>, [i64; 2])> = events
+    let light: Vec<(Option<i64>, [i64; 2], String)> = events
         .iter()
         .filter(|event| event.kind == EventKind::WheelLight && !by_rotation(event))
         .map(|event| {
             let is_known = event.start_bound == Bound::At;
-            (is_known.then_some(event.start_ns), event.span_ns())
+            let start_ns = is_known.then_some(event.start_ns);
+            (start_ns, event.span_ns(), event.subject.clone())
         })
         .collect();
     for event in events
         .iter_mut()
         .filter(|event| event.kind != EventKind::WheelLight)
     {
-        let going = light.iter().filter(|(_, [start, end])| {
+        let going = light.iter().filter(|(_, [start, end], _)| {
             *start <= event.start_ns && event.start_ns <= end.saturating_add(MERGED_NS)
         });
         // none is less than any
-        let earliest = going.map(|(start, _)| *start).min().flatten();
-        event.lead_s = earliest.map(|start| (event.start_ns - start) as f64 * 1e-9);
+        let earliest = going.min_by_key(|(start, ..)| *start);
+        let from = earliest.and_then(|(start, _, wheel)| Some(((*start)?, wheel)));
+        event.lead_s = from.map(|(start, _)| (event.start_ns - start) as f64 * 1e-9);
+        event.lead_from = from.map(|(_, wheel)| wheel.clone());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lead_counts_from_the_wheel_that_was_light_first() {
+        let event = |kind, subject: &str, [start_s, end_s]: [i64; 2]| Event {
+            end_ns: Some(end_s * 1_000_000_000),
+            ..Event::blank(kind, start_s * 1_000_000_000, subject.into())
+        };
+        let mut events = [
+            event(EventKind::WheelLight, "fl", [1, 2]),
+            event(EventKind::WheelLight, "rr", [4, 9]),
+            event(EventKind::WheelLight, "fr", [3, 9]),
+            event(EventKind::WheelLift, "rr", [5, 9]),
+            event(EventKind::WheelLift, "fl", [20, 21]),
+        ];
+        add_leads(&mut events);
+        let lead = |place: usize| (events[place].lead_s, events[place].lead_from.as_deref());
+        assert_eq!(lead(3), (Some(2.0), Some("fr")));
+        assert_eq!(lead(4), (None, None));
+        // one that may have been light before the rows that show it was so first
+        events[1].start_bound = Bound::AtOrBefore;
+        add_leads(&mut events);
+        assert_eq!((events[3].lead_s, &events[3].lead_from), (None, &None));
     }
 }

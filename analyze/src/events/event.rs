@@ -7,7 +7,7 @@ use tipwatch_mechanics::estimation::rotation::RotationWitness;
 use tipwatch_mechanics::machine::FaultKind;
 use tipwatch_mechanics::machine::Policy;
 
-use super::counterfactual::Counterfactual;
+use super::counterfactual::{Answer, Counterfactual};
 
 /// Rotation about an edge (rad) that turns edge tipping into a tip-over.
 pub(crate) const TIP_OVER_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
@@ -48,6 +48,10 @@ pub struct Event {
     pub unit: &'static str,
     /// Time (s) from the onset of the `wheel_light` that preceded this event; null without one.
     pub lead_s: Option<f64>,
+    /// The wheel of that `wheel_light`.
+    #[serde(skip)]
+    #[schemars(skip)]
+    pub lead_from: Option<String>,
     /// Confidence, 0 to 1: probability that the finding is true if the stated split rule is; null without
     /// uncertainties.
     pub certainty: Option<f64>,
@@ -215,13 +219,12 @@ impl Event {
         self.certainty.is_none_or(|p| p >= LEAST_OF_A_FACT)
     }
 
-    /// Whether the ground may as well have given way under the machine: then the event is neither certain nor excluded.
+    /// Whether a measured rotation may as well be that of ground which gave way under the machine: then the event is neither certain
+    /// nor excluded.
     pub(crate) fn is_open(&self) -> bool {
-        let rested_ns = |rotation: &MeasuredRotation| rotation.rested_ns;
-        self.measured_rotation
-            .as_ref()
-            .and_then(rested_ns)
-            .is_some()
+        let is_as_likely = !self.is_fact() && Answer::of(self.certainty) == Answer::Open;
+        let rotation = self.measured_rotation.as_ref();
+        rotation.is_some_and(|rotation| rotation.rested_ns.is_some() || is_as_likely)
     }
 
     /// Whether the log ends while the machine tips about an edge, before it has tipped over.
@@ -241,24 +244,32 @@ impl Event {
         from_ns <= end_ns && start_ns <= to_ns
     }
 
-    /// Whether the event is a part of a fall that was under way when the rows begin: that fall itself, or what happened in it.
-    pub(crate) fn is_of_fall_under_way(&self, events: &[Self]) -> bool {
-        self.is_under_way || Self::is_in_fall_under_way(events, self.start_ns)
+    /// Whether the log does not show how the event began: it was under way when the rows begin, or the machine tipped over behind rows
+    /// that are missing.
+    pub(crate) fn hides_onset(&self) -> bool {
+        let is_behind_hole = self.start_bound == Bound::AtOrBefore;
+        self.is_under_way || (self.kind == EventKind::TipOver && is_behind_hole)
     }
 
-    /// Returns the sentence that replaces causes and advice for a fall that was under way when the rows begin.
+    /// Whether the event is a part of a fall whose onset the log does not show: that fall itself, or what happened in it.
+    pub(crate) fn is_of_fall_under_way(&self, events: &[Self]) -> bool {
+        self.hides_onset() || Self::is_in_fall_under_way(events, self.start_ns)
+    }
+
+    /// Returns the sentence that replaces causes and advice for a fall whose onset the log does not show.
     pub(crate) fn onset_not_shown() -> &'static str {
         word!(
             "The log does not show the onset: what took the load, and what would have prevented it, cannot be told."
         )
     }
 
-    /// Whether a time (ns) lies in a fall that was under way when the rows begin.
+    /// Whether a time (ns) lies in a fall whose onset the log does not show, or may, by two standard deviations.
     pub(crate) fn is_in_fall_under_way(events: &[Self], time_ns: i64) -> bool {
         events.iter().any(|fall| {
             let is_fall = matches!(fall.kind, EventKind::EdgeTipping | EventKind::TipOver);
-            let is_unseen = is_fall && fall.is_under_way && fall.is_fact();
-            is_unseen && fall.overlaps([time_ns; 2])
+            let is_unseen = is_fall && fall.hides_onset() && fall.is_fact();
+            let band_ns = (2e9 * fall.start_sigma_s.unwrap_or(0.0)) as i64;
+            is_unseen && fall.overlaps([time_ns, time_ns.saturating_add(band_ns)])
         })
     }
 
@@ -363,6 +374,7 @@ impl Event {
             worst_ns: start_ns,
             unit: "-",
             lead_s: None,
+            lead_from: None,
             certainty: None,
             certainty_any_split: None,
             split_dependent: None,
@@ -442,6 +454,35 @@ mod tests {
     }
 
     #[test]
+    fn a_measured_rotation_as_likely_of_the_ground_as_of_a_fall_is_open() {
+        let rotated = |certainty: f64, rested_ns| Event {
+            certainty: Some(certainty),
+            measured_rotation: Some(MeasuredRotation {
+                witness: RotationWitness::GyroAlone,
+                other_edge: None,
+                sigma_rad: 0.01,
+                onset_in_log: true,
+                ten_degrees_ns: Some(4),
+                no_return_rad: None,
+                no_return_sigma_rad: None,
+                no_return_load_kg: None,
+                no_return_ns: None,
+                no_return_time_sigma_s: None,
+                at_rest_ns: None,
+                rested_ns,
+            }),
+            ..event(EventKind::TipOver, [3, 9])
+        };
+        assert!(rotated(0.499_95, None).is_open() && rotated(0.9, Some(5)).is_open());
+        assert!(!rotated(0.9, None).is_open() && !rotated(1e-6, None).is_open());
+        let by_loads = Event {
+            measured_rotation: None,
+            ..rotated(0.499_95, None)
+        };
+        assert!(!by_loads.is_open());
+    }
+
+    #[test]
     fn what_happens_in_a_fall_that_was_under_way_is_a_part_of_it() {
         let seen = event(EventKind::EdgeTipping, [0, 9]);
         let unseen = Event {
@@ -459,5 +500,29 @@ mod tests {
             assert!(!within.is_of_fall_under_way(&[fall]));
         }
         assert!(unseen.is_of_fall_under_way(&[]));
+    }
+
+    #[test]
+    fn a_fall_behind_missing_rows_hides_its_onset_and_what_is_in_its_band() {
+        let over = Event {
+            start_bound: Bound::AtOrBefore,
+            start_sigma_s: Some(1.0),
+            ..event(EventKind::TipOver, [5, 9])
+        };
+        let falls = std::slice::from_ref(&over);
+        assert!(over.hides_onset());
+        let lift = |span_s| event(EventKind::WheelLift, span_s).is_of_fall_under_way(falls);
+        assert!(lift([5, 9]) && lift([4, 9]) && !lift([2, 9]));
+        let shown = Event {
+            start_bound: Bound::At,
+            ..over.clone()
+        };
+        assert!(!shown.hides_onset());
+        // a tipping that stays one is judged by its rows
+        let tipping = Event {
+            start_bound: Bound::AtOrBefore,
+            ..event(EventKind::EdgeTipping, [5, 9])
+        };
+        assert!(!tipping.hides_onset());
     }
 }

@@ -5,6 +5,11 @@ pub(crate) fn normal_distribution(z: f64) -> f64 {
     0.5 * libm::erfc(-z / std::f64::consts::SQRT_2)
 }
 
+/// Density of a normal distribution about zero.
+pub(crate) fn normal_density(x: f64, sigma: f64) -> f64 {
+    (-0.5 * (x / sigma).powi(2)).exp() / (sigma * (2.0 * std::f64::consts::PI).sqrt())
+}
+
 #[cfg(test)]
 mod tests {
     use super::normal_distribution;

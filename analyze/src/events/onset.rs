@@ -24,6 +24,9 @@ const FINE_S: f64 = 0.2;
 const ROUNDING_S: f64 = 0.03;
 /// Effect of rounding on the onset in a passage through zero (s), one standard deviation.
 const PASSAGE_S: f64 = 0.02;
+/// Of the errors with which a load still falls below zero, about equally likely up to the depth of its fall, as many as are within one
+/// standard deviation are below this share of that depth.
+const WITHIN_SHARE: f64 = 0.68;
 /// Effect of rounding on the onset of a rotation alone (s), one standard deviation: the last tyre on the other side springs back
 /// before it leaves the ground.
 const ROTATION_S: f64 = 0.08;
@@ -75,6 +78,8 @@ pub(super) struct Curve {
     pub(super) times_s: Vec<f64>,
     /// The load (N).
     pub(super) loads_n: Vec<f64>,
+    /// Time from which on the load is known to be zero, if it fell to zero at all (s).
+    pub(super) zero_from_s: Option<f64>,
 }
 
 impl Curve {
@@ -121,19 +126,27 @@ impl Curve {
     }
 
     /// Returns the larger of two times (s): that since the load was last above `level_n` before `at_s`, and that until the load
-    /// is first below `-level_n`, or else lowest before it rises to zero again.
+    /// is first below `-level_n`, or, where it rises to zero again or is known to be zero before, most of the way down to its lowest.
+    /// Where it is known to be zero already before `at_s`, that since then.
     fn within_s(&self, at_s: f64, level_n: f64) -> f64 {
         let first_s = self.falls_through(level_n).rfind(|t| *t < at_s);
         let first_s = first_s.or(self.times_s.first().copied()).unwrap_or(at_s);
         let after = self.times_s.partition_point(|t| *t <= at_s);
         let falls = self.times_s.iter().zip(&self.loads_n).skip(after);
-        let lowest = falls
-            .take_while(|(_, load)| **load <= 0.0)
-            .min_by(|a, b| a.1.total_cmp(b.1));
-        let lowest_s = lowest.map_or(at_s, |(t, _)| *t);
-        let last_s = self.falls_through(-level_n).find(|t| *t > at_s);
-        let last_s = last_s.map_or(lowest_s, |t| t.min(lowest_s));
-        (at_s - first_s).max(last_s - at_s)
+        let zero_from_s = self.zero_from_s.unwrap_or(f64::INFINITY);
+        let lowest_n = falls
+            .take_while(|(t, load)| **load <= 0.0 && **t <= zero_from_s)
+            .map(|(_, load)| *load)
+            .fold(0.0, f64::min);
+        // a larger error would have hidden the fall
+        let level_n = level_n.min(-WITHIN_SHARE * lowest_n);
+        let last_s = match lowest_n < 0.0 {
+            true => self.falls_through(-level_n).find(|t| *t > at_s),
+            // it does not fall below zero, or was known to be zero before
+            false => None,
+        };
+        let last_s = last_s.unwrap_or(at_s).min(zero_from_s);
+        (at_s - first_s).max((last_s - at_s).abs())
     }
 
     /// Whether values are missing somewhere between two times. Before the first of all, none is missing.
@@ -160,9 +173,10 @@ impl Curve {
 ///     load = c0 + c1 t + c2 t^2 near it,    var t = var c0 / (d load / dt)^2 + d^2
 /// ```
 /// with d the time in which the load is within `sigma_n`, the standard deviation of its error, of zero: the longer one of
-/// that before and that after, which ends where the load is lowest. Once a wheel has lifted, its overturning force falls at another rate than its load did, and
-/// one that is too large by its error passes through zero long after the load. The parabola is fitted around the sample at
-/// which the load falls to zero: farther away it has roots at which the load is large.
+/// that before and that after, which ends at 0.68 of the depth of its fall, for a larger error would have hidden it. Once a wheel
+/// has lifted, its overturning force falls at another rate than its load did, and one that is too large by its error passes
+/// through zero long after the load. The parabola is fitted around the sample at which the load falls to zero: farther away it
+/// has roots at which the load is large.
 ///
 /// Of samples too far apart for a parabola those on either side of zero tell that the load passed between them:
 /// ```text
@@ -789,6 +803,35 @@ mod tests {
         });
         let onset = passage(&curve, 1.1, 100.0).unwrap();
         assert!((onset.at_s - 1.0).abs() < 2.0 * onset.sigma_s, "{onset:?}");
+    }
+
+    /// An error that is larger than the load falls below zero would have left no passage.
+    #[test]
+    fn what_follows_a_passage_is_as_uncertain_as_its_depth() {
+        let mut curve = Curve::default();
+        (0..300).for_each(|k| {
+            let t = f64::from(k) * 0.01;
+            let load = match t < 1.0 {
+                true => 1000.0 * (1.0 - t),
+                false => -60.0 * (t - 1.0).min(1.0),
+            };
+            curve.push(t, load);
+        });
+        let within_s = curve.within_s(1.0, 100.0);
+        assert!((within_s - 0.68).abs() < 0.02, "{within_s}");
+        // from the onset of a tipping on the load is zero, whatever is computed
+        curve.zero_from_s = Some(1.2);
+        let within_s = curve.within_s(1.0, 100.0);
+        assert!((within_s - 0.136).abs() < 0.02, "{within_s}");
+        // one that is computed to be carried on after it is known to be zero is wrong by that time
+        curve.zero_from_s = Some(0.5);
+        let within_s = curve.within_s(1.0, 100.0);
+        assert!((within_s - 0.5).abs() < 1e-6, "{within_s}");
+        // a load that falls on as before is as uncertain on either side
+        let mut straight = Curve::default();
+        (0..300).for_each(|k| straight.push(f64::from(k) * 0.01, 1000.0 - 10.0 * f64::from(k)));
+        let within_s = straight.within_s(1.0, 100.0);
+        assert!((within_s - 0.1).abs() < 1e-6, "{within_s}");
     }
 
     #[test]

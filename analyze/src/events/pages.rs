@@ -43,6 +43,11 @@ impl<'a> Pages<'a> {
         self.table.is_supposed()
     }
 
+    /// Whether a gyro measured how the platform turned.
+    pub(super) fn has_gyro(&self) -> bool {
+        self.table.has_gyro()
+    }
+
     pub(super) fn new(machine: &'a Machine, table: &'a Table) -> Self {
         Self {
             machine,
@@ -132,7 +137,7 @@ impl<'a> Pages<'a> {
     pub(super) fn up_in_base(&self, machine: &Machine, row: usize) -> Option<Vector3<f64>> {
         let mut state = State::zero(machine);
         self.state(row, &mut state);
-        Some(state.base.up).filter(|up| up.iter().all(|c| c.is_finite()))
+        state.base.known_up()
     }
 
     /// Standard deviation of a weighted sum of OTF at a row, or at the nearest row before it, but not before

@@ -318,10 +318,9 @@ pub(crate) fn sorted(
     of_inputs: Vec<Event>,
 ) -> Vec<Event> {
     let is_off = |edge: &str, wheel: &str| {
-        machine.edge_named(edge).is_some_and(|edge| {
-            let stays = machine.stays_on_ground(&machine.polygon().edges()[edge]);
-            let mut wheels = machine.wheels().iter().zip(stays);
-            wheels.any(|(it, stays)| !stays && it.name.to_lowercase() == wheel)
+        let both = machine.edge_named(edge).zip(machine.wheel_named(wheel));
+        both.is_some_and(|(edge, wheel)| {
+            !machine.stays_on_ground(&machine.polygon().edges()[edge])[wheel]
         })
     };
     add_leads(&mut events);

@@ -38,7 +38,7 @@ const GROUND_RAD: f64 = 40.0 * std::f64::consts::PI / 180.0;
 const GROWN_RAD: f64 = 4.0 * std::f64::consts::PI / 180.0;
 const GROWN: f64 = 1.5;
 /// Gyro and attitude that turn together by so much in a log show a fall, wherever it began and however the IMU is mounted (rad).
-const FALL_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
+pub(crate) const FALL_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
 
 /// A rotation about an edge.
 #[derive(Debug, Clone)]

@@ -75,13 +75,13 @@ pub(crate) fn is_stated(machine: &Machine) -> bool {
     is_plane && contact.mean_stiffness.is_some() && matches!(contact.split, Split::Springs)
 }
 
-/// Returns the names of the sensors that measure the force on a support or in a cylinder: where the log has these forces, they
-/// determine the split.
+/// Returns the names of the sensors that measure the force on a support or in a cylinder, where they determine the split of any row:
+/// of `rows_by_forces`.
 #[must_use]
-pub(crate) fn measured_forces(machine: &Machine) -> Option<String> {
+pub(crate) fn measured_forces(machine: &Machine, rows_by_forces: usize) -> Option<String> {
     let joints = machine.contact().actuated_joints.iter();
     let names: Vec<&str> = joints.map(|j| j.name(machine.linkages())).collect();
-    (!names.is_empty()).then(|| names.join(", "))
+    (rows_by_forces > 0 && !names.is_empty()).then(|| names.join(", "))
 }
 
 /// Whether equilibrium leaves the load of a wheel open in a row.

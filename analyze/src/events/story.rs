@@ -4,6 +4,7 @@
 //! onset, where theirs fits that of the rotation.
 
 use std::f64::consts::FRAC_PI_2;
+use std::ops::Range;
 
 use tipwatch_mechanics::machine::{LoadOnTool, Machine};
 use tipwatch_mechanics::{Placement, Scope, State};
@@ -12,7 +13,7 @@ use super::event::{Bound, Event, EventKind, MeasuredRotation, ShownBy};
 use super::pages::MOST_ROWS_BACK;
 use super::rotation::{FIRST_S, FoundRotation};
 use super::row_derivatives::RowDerivatives;
-use super::tipping::{ROTATES_SIGMAS, factors_off};
+use super::tipping::{FALLEN_RAD, ROTATES_SIGMAS, factors_off};
 use crate::base::table::Table;
 
 /// Point of no return: the rotation at which gravity through the stated centre of mass passes over an edge.
@@ -52,21 +53,81 @@ impl Stories<'_> {
         begins.min().map_or(row, |begins| begins.min(row))
     }
 
+    /// The rows in which the loads may date a rotation: from well before it until it is a fall, or over.
+    pub(crate) fn rows_of(&self, rotation: &FoundRotation) -> Range<usize> {
+        let [start_ns, end_ns] = rotation.span_ns();
+        let until_ns = rotation.reached(FALLEN_RAD).unwrap_or(end_ns);
+        let from = self.row_at(start_ns.saturating_sub(2 * BEFORE_NS));
+        from..self.row_at(until_ns.saturating_add(BEFORE_NS))
+    }
+
     /// Joins the events with those of rotations that begin before `row`.
     pub(crate) fn told(&self, mut events: Vec<Event>, row: usize) -> Vec<Event> {
         let is_known = |it: &&FoundRotation| self.row_at(it.start_ns) <= row;
         // apart: a machine that tumbles on rotates about the same edge again
-        let mut stories = Vec::new();
+        let (mut stories, mut fallen) = (Vec::new(), Vec::new());
         for rotation in self.rotations.iter().filter(is_known) {
             let (same, others): (Vec<Event>, Vec<Event>) =
                 (events.into_iter()).partition(|event| is_same(event, rotation));
             events = others;
             let story = self.story(rotation, &same);
             self.lift_with(&story, &same, &mut events);
+            if has_fallen(rotation, &story) {
+                fallen.push(rotation);
+            }
             stories.extend(story);
+        }
+        for rotation in fallen {
+            self.leave_out(rotation, &mut events);
         }
         events.extend(stories);
         events
+    }
+
+    /// Leaves out what begins by computed loads after a rotation has turned the machine over. Of a wheel that may be off the edge,
+    /// what is its first event stays: it left the ground then or earlier.
+    fn leave_out(&self, rotation: &FoundRotation, events: &mut Vec<Event>) {
+        let is_first = |event: &Event| {
+            let mut earlier = events.iter().filter(|it| it.start_ns < event.start_ns);
+            !earlier.any(|it| {
+                let is_same = it.kind == event.kind && it.subject == event.subject;
+                is_same && it.overlaps(rotation.span_ns())
+            })
+        };
+        let stays = |event: &Event| {
+            !is_of_fallen(event, rotation)
+                || (self.may_lift_with(event, rotation) && is_first(event))
+        };
+        let stay: Vec<bool> = events.iter().map(stays).collect();
+        let mut stay = stay.into_iter();
+        events.retain(|_| stay.next().unwrap_or(true));
+        let left = events.iter_mut().filter(|it| is_of_fallen(it, rotation));
+        left.for_each(|event| event.start_bound = Bound::AtOrBefore);
+    }
+
+    /// Whether an event is that of a wheel that leaves the ground when the machine tips about the edge of a rotation, or may.
+    fn may_lift_with(&self, event: &Event, rotation: &FoundRotation) -> bool {
+        if !matches!(event.kind, EventKind::WheelLight | EventKind::WheelLift) {
+            return false;
+        }
+        // on other supports, its edges are others
+        if self.table.supports().is_some() {
+            return true;
+        }
+        let mut wheels = self.machine.wheels().iter();
+        let Some(wheel) = wheels.position(|wheel| wheel.name.to_lowercase() == event.subject)
+        else {
+            return false;
+        };
+        let edges = [Some(&rotation.edge), rotation.other_edge.as_ref()];
+        let mut edges = edges
+            .into_iter()
+            .flatten()
+            .filter_map(|name| self.machine.edge_named(name));
+        edges.any(|edge| {
+            let edge = &self.machine.polygon().edges()[edge];
+            !self.machine.stays_on_ground(edge)[wheel]
+        })
     }
 
     /// No wheel off an edge leaves the ground after the machine has begun to tip about it: where gyro and attitude date that earlier
@@ -302,10 +363,7 @@ impl Stories<'_> {
         if self.table.supports().is_some() || rotation.other_edge.is_some() {
             return None;
         }
-        let edges = machine.polygon().edges();
-        let edge = edges
-            .iter()
-            .position(|edge| edge.name.to_lowercase() == rotation.edge)?;
+        let edge = machine.edge_named(&rotation.edge)?;
         let until = self
             .row_at(start_ns.saturating_add(1))
             .min(self.table.len());
@@ -329,8 +387,7 @@ impl Stories<'_> {
         let axis = (to - from).try_normalize(1e-9)?;
         let across = |vector: nalgebra::Vector3<f64>| vector - axis * axis.dot(&vector);
         let centre = across(placement.centre_of_mass - from);
-        let up = Some(state.base.up).filter(|up| up.iter().all(|c| c.is_finite()));
-        let up = across(up.unwrap_or(placement.normal));
+        let up = across(state.base.known_up().unwrap_or(placement.normal));
         let rotation_rad = axis.dot(&centre.cross(&up)).atan2(centre.dot(&up));
         // Derivatives are unknown while the machine tips, so they are taken where it does not yet.
         let mut derivatives = RowDerivatives::new(machine);
@@ -381,24 +438,166 @@ fn is_tipping(event: &Event) -> bool {
     matches!(event.kind, EventKind::EdgeTipping | EventKind::TipOver)
 }
 
-/// Whether an event by the loads is the tipping that a rotation shows.
+/// Whether an event by the loads is the tipping that a rotation shows: one that went on into it, or began and ended shortly before.
+/// Where a rotation creeps at first, the loads may show its beginning long before.
 fn is_same(event: &Event, rotation: &FoundRotation) -> bool {
     let until_ns = rotation.end_ns.unwrap_or(i64::MAX);
     let from_ns = rotation.start_ns.saturating_sub(BEFORE_NS);
+    let band_ns = (2e9 * rotation.start_sigma_s.unwrap_or(0.0)) as i64;
+    let ends_after = |time_ns: i64| event.end_ns.is_none_or(|end_ns| end_ns >= time_ns);
+    let goes_on = ends_after(rotation.start_ns.saturating_sub(band_ns));
+    let is_near = ends_after(from_ns) && (rotation.creeps || event.start_ns >= from_ns);
     is_tipping(event)
         && event.subject == rotation.edge
         && event.start_ns <= until_ns
-        && event.end_ns.is_none_or(|end_ns| end_ns >= from_ns)
+        && (goes_on || is_near)
 }
 
-/// Whether the onset by the loads is that of the rotation, and is the more certain or the only one.
+/// Whether a rotation turned the machine over for good: one that comes back stands on its wheels again.
+fn has_fallen(rotation: &FoundRotation, story: &[Event]) -> bool {
+    let is_over = |event: &Event| event.kind == EventKind::TipOver && event.is_fact();
+    rotation.end_ns.is_none() && story.iter().any(is_over)
+}
+
+/// Whether an event begins by computed loads alone while a rotation has turned the platform over: these loads are those of a machine
+/// on its wheels.
+fn is_of_fallen(event: &Event, rotation: &FoundRotation) -> bool {
+    let [from_ns, until_ns] = rotation.span_ns();
+    event.measured_load_n.is_none()
+        && (from_ns..=until_ns).contains(&event.start_ns)
+        && rotation.angle_at(event.start_ns) >= super::TIP_OVER_RAD
+}
+
+/// Whether the onset by the loads is that of the rotation, and is the more certain or the only one. One that is later and less certain
+/// is it, too, where its band reaches back to that of the rotation: wheels off the edge carry load until then, and what gyro and
+/// attitude take for the beginning may be a platform that rocks.
 fn sharpens(by_loads: &Event, rotation: &FoundRotation) -> bool {
     match (by_loads.start_sigma_s, rotation.start_sigma_s) {
         (None, _) => false,
         (Some(_), None) => by_loads.start_ns <= rotation.start_ns,
         (Some(by_loads_s), Some(by_rotation_s)) => {
-            let apart_s = by_loads.start_ns.abs_diff(rotation.start_ns) as f64 * 1e-9;
-            by_loads_s <= by_rotation_s && apart_s <= FITS_SIGMAS * by_loads_s.hypot(by_rotation_s)
+            let later_s = by_loads.start_ns.saturating_sub(rotation.start_ns) as f64 * 1e-9;
+            let fits = later_s.abs() <= FITS_SIGMAS * by_loads_s.hypot(by_rotation_s);
+            let leaves_open = later_s > by_rotation_s && later_s <= by_loads_s;
+            fits && (by_loads_s <= by_rotation_s || leaves_open)
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use tipwatch_mechanics::estimation::rotation::{RotationSpell, RotationWitness};
+
+    use super::*;
+
+    const SECOND_NS: i64 = 1_000_000_000;
+
+    /// A rotation about the right edge from 5 s on, by 10 degrees a second.
+    fn rotation(creeps: bool) -> FoundRotation {
+        let spell = RotationSpell {
+            edge: 0,
+            other_edge: None,
+            left_ns: 5 * SECOND_NS,
+            certain_ns: 6 * SECOND_NS,
+            angle: 0.5,
+            rate: 0.1,
+            largest: 0.5,
+            largest_ns: 9 * SECOND_NS,
+            sigma: 0.02,
+            by_ground: 0.0,
+            witness: RotationWitness::GyroAlone,
+            certainty: 0.9999,
+            at_rest_ns: None,
+            rested_ns: None,
+            is_from_start: false,
+            last_ns: 9 * SECOND_NS,
+        };
+        let angles = (0..5).map(|s: i32| ((5 + i64::from(s)) * SECOND_NS, f64::from(s)));
+        FoundRotation {
+            edge: "right".into(),
+            other_edge: None,
+            spell,
+            start_ns: 5 * SECOND_NS,
+            start_sigma_s: Some(0.05),
+            end_ns: None,
+            creeps,
+            angles: angles
+                .map(|(at_ns, steps)| (at_ns, steps * crate::events::TIP_OVER_RAD))
+                .collect(),
+            on_tyres_rad: 0.05,
+        }
+    }
+
+    fn by_loads(kind: EventKind, subject: &str, span_s: [f64; 2]) -> Event {
+        let [start_ns, end_ns] = span_s.map(|at_s| (at_s * 1e9) as i64);
+        Event {
+            end_ns: Some(end_ns),
+            ..Event::blank(kind, start_ns, subject.into())
+        }
+    }
+
+    #[test]
+    fn a_tipping_by_loads_that_was_over_before_a_fall_is_none_of_it() {
+        let is_of_fall = |creeps: bool, span_s| {
+            let tipping = by_loads(EventKind::EdgeTipping, "right", span_s);
+            is_same(&tipping, &rotation(creeps))
+        };
+        assert!(!is_of_fall(false, [0.3, 4.5]));
+        // it went on into the fall, or began shortly before
+        assert!(is_of_fall(false, [0.3, 4.95]) && is_of_fall(false, [0.3, 7.0]));
+        assert!(is_of_fall(false, [3.9, 4.5]));
+        // one that creeps at first began when the loads show it
+        assert!(is_of_fall(true, [0.3, 4.5]) && !is_of_fall(true, [0.3, 3.0]));
+    }
+
+    #[test]
+    fn loads_that_are_carried_after_a_rotation_seemed_to_begin_date_it() {
+        let dates = |start_s: f64, sigma_s: f64| {
+            let tipping = Event {
+                start_sigma_s: Some(sigma_s),
+                ..by_loads(EventKind::EdgeTipping, "right", [start_s, 9.0])
+            };
+            sharpens(&tipping, &rotation(false))
+        };
+        assert!(dates(5.05, 0.04) && !dates(5.5, 0.04));
+        // by the rotation it began at 5.00 s, by 0.05 s
+        assert!(dates(5.3, 0.35));
+        assert!(!dates(4.7, 0.35) && !dates(5.04, 0.35) && !dates(5.3, 0.2));
+    }
+
+    #[test]
+    fn computed_loads_of_a_machine_that_has_fallen_begin_nothing() {
+        let rotation = rotation(false);
+        let lift_from = |start_s| by_loads(EventKind::WheelLift, "fl", [start_s, 9.0]);
+        let is_left_out = |event: &Event| is_of_fallen(event, &rotation);
+        assert!(is_left_out(&lift_from(6.5)) && is_left_out(&lift_from(8.0)));
+        assert!(!is_left_out(&lift_from(4.0)) && !is_left_out(&lift_from(5.5)));
+        // a load cell shows its own support, however the machine lies
+        let measured = Event {
+            measured_load_n: Some(0.0),
+            ..lift_from(6.5)
+        };
+        assert!(!is_left_out(&measured));
+    }
+
+    #[test]
+    fn a_machine_that_comes_back_or_does_not_tip_over_has_not_fallen() {
+        let story = |kind| [by_loads(kind, "right", [5.0, 9.0])];
+        let over = story(EventKind::TipOver);
+        assert!(has_fallen(&rotation(false), &over));
+        let back = FoundRotation {
+            end_ns: Some(9 * SECOND_NS),
+            ..rotation(false)
+        };
+        assert!(!has_fallen(&back, &over));
+        assert!(!has_fallen(
+            &rotation(false),
+            &story(EventKind::EdgeTipping)
+        ));
+        let unlikely = over.map(|event| Event {
+            certainty: Some(0.3),
+            ..event
+        });
+        assert!(!has_fallen(&rotation(false), &unlikely));
     }
 }

@@ -1,5 +1,7 @@
 //! Names of a machine's supports: the one place that chooses the words, by the kind of support.
 
+use std::borrow::Cow;
+
 use tipwatch_language::{message, say, told, word};
 use tipwatch_mechanics::machine::{Machine, SupportKind, Wheel};
 
@@ -120,20 +122,36 @@ pub(crate) fn support_word(name: &str) -> String {
     }
 }
 
-/// The name of an edge, in lower case, as a reader sees it.
-pub(crate) fn edge_word(name: &str) -> &str {
-    match name {
+/// The name of an edge, in lower case, as a reader sees it: that from one support to the next by both of them. An edge is named by
+/// its side or by its two supports, and by nothing else.
+pub(crate) fn edge_word(name: &str) -> Cow<'_, str> {
+    let word = match name {
         "front" => word!("front"),
         "rear" => word!("rear"),
         "left" => word!("left"),
         "right" => word!("right"),
-        name => name,
-    }
+        name => {
+            return match name.split_once('_') {
+                Some((from, to)) if !to.contains('_') => {
+                    format!("{}–{}", support_word(from), support_word(to)).into()
+                }
+                _ => name.into(),
+            };
+        }
+    };
+    word.into()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_edge_is_named_by_its_supports() {
+        assert_eq!(edge_word("left"), "left");
+        assert_eq!(edge_word("fl_rl"), "FL–RL");
+        assert_eq!(edge_word("caster_left_fl"), "caster_left_fl");
+    }
 
     #[test]
     fn an_event_is_called_after_what_it_happens_to() {

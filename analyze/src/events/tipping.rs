@@ -17,7 +17,7 @@ use tipwatch_mechanics::machine::{JointCoupling, Machine, SupportKind};
 use tipwatch_mechanics::{Parameter, Placement, Quantity, Scope, State, Workspace, evaluate};
 
 use super::episodes::{Episode, MERGED_NS, episodes_within, joined, least};
-use super::normal::normal_distribution;
+use super::normal::{normal_density, normal_distribution};
 use super::onset::{self, Curve, Onset};
 use super::pages::{MOST_ROWS_BACK, Pages};
 use super::rotation::FoundRotation;
@@ -50,7 +50,7 @@ const FITTED_S: f64 = 0.5;
 /// Rotation up to which the last wheel off the edge may have come up (rad).
 const UP_RAD: f64 = 4.0 * DEGREE;
 /// Rotation by which a fall shows in the load off the edge, if ever (rad).
-const FALLEN_RAD: f64 = 40.0 * DEGREE;
+pub(super) const FALLEN_RAD: f64 = 40.0 * DEGREE;
 /// Rotation until which a platform may rock from wheel to wheel before it tips (rad).
 const KEPT_RAD: f64 = 1.5 * DEGREE;
 /// While the machine rotates across its wheels, the ground carries the tyre further out, on its shoulder: by this share of its
@@ -729,10 +729,10 @@ fn probability(
     (rotation_rad, rotation_sigma_rad): (f64, f64),
     range_n: f64,
 ) -> f64 {
-    let lifted = density(level_n, sigma_n) / LARGEST_RAD;
+    let lifted = normal_density(level_n, sigma_n) / LARGEST_RAD;
     let loaded =
         normal_distribution(level_n / sigma_n) - normal_distribution((level_n - range_n) / sigma_n);
-    let on_ground = loaded / range_n * density(rotation_rad, rotation_sigma_rad);
+    let on_ground = loaded / range_n * normal_density(rotation_rad, rotation_sigma_rad);
     lifted / (lifted + on_ground)
 }
 
@@ -753,7 +753,7 @@ fn is_right(
     let otherwise = WRONG_SHARE / (2.0 * weight_n);
     // a rotation that is not known tells nothing
     let of_rotation = match rotation_rad.is_finite() {
-        true => LARGEST_RAD * density(rotation_rad, rotation_sigma_rad),
+        true => LARGEST_RAD * normal_density(rotation_rad, rotation_sigma_rad),
         false => 1.0,
     };
     let probability = as_stated / (as_stated + otherwise * of_rotation);
@@ -763,11 +763,6 @@ fn is_right(
     } else {
         1.0
     }
-}
-
-/// Density of a normal distribution about zero.
-fn density(x: f64, sigma: f64) -> f64 {
-    (-0.5 * (x / sigma).powi(2)).exp() / (sigma * (2.0 * std::f64::consts::PI).sqrt())
 }
 
 #[cfg(test)]

@@ -41,9 +41,9 @@ impl Turning {
     pub(super) fn at_end(watch: &PlatformRotation, at_ns: i64) -> Vec<Self> {
         let turns = watch.outward_turns(at_ns);
         let mut turns: Vec<OutwardTurn> = turns
-            .filter(|turn| turn.ahead() > UNLOADED_TRAVELS * turn.lean)
+            .filter(|turn| turn.ahead() > UNLOADED_TRAVELS * turn.lean_sigma)
             .collect();
-        let leans = |turn: &OutwardTurn| turn.ahead() / turn.lean;
+        let leans = |turn: &OutwardTurn| turn.ahead() / turn.lean_sigma;
         turns.sort_by(|a, b| leans(b).total_cmp(&leans(a)));
         let of_turn = |turn: OutwardTurn| Self {
             edge: watch.edge_name(turn.edge).to_lowercase(),
@@ -51,7 +51,7 @@ impl Turning {
             at_ns,
             rotation_rad: turn.angle,
             rate_rad_per_s: turn.rate,
-            lean_rad: turn.lean,
+            lean_rad: turn.lean_sigma,
             is_beyond_tyres: turn.is_beyond_tyres(),
             is_beyond_ground: turn.is_beyond_ground(),
         };

@@ -6,7 +6,7 @@ use tipwatch_mechanics::{Quantity, State};
 
 use super::episodes::MERGED_NS;
 use super::event::{Event, EventKind};
-use super::normal::normal_distribution;
+use super::normal::{normal_density, normal_distribution};
 use crate::base::rows::Rows;
 use crate::load::MeasuredLoads;
 
@@ -338,7 +338,7 @@ fn unloaded_certainty(reading: f64, sigma: f64, mean_load: f64) -> f64 {
     let sigma = sigma.max(f64::MIN_POSITIVE);
     // less than nothing is an offset of the sensor
     let [reading, mean_load] = [reading.max(0.0) / sigma, mean_load / sigma];
-    let off = (-0.5 * reading * reading).exp() / (2.0 * std::f64::consts::PI).sqrt();
+    let off = normal_density(reading, 1.0);
     let on = (normal_distribution(reading) - normal_distribution(reading - mean_load)) / mean_load;
     off / (off + on)
 }
@@ -353,7 +353,7 @@ fn unloaded_certainty(reading: f64, sigma: f64, mean_load: f64) -> f64 {
 /// a total without more than this support's load for more than one dead sensor.
 fn alive_certainty(beyond: f64, sigma: f64, mean_load: f64) -> f64 {
     let [less, mean_load] = [beyond.clamp(-mean_load, 0.0) / sigma, mean_load / sigma];
-    let off = (-0.5 * less * less).exp() / (2.0 * std::f64::consts::PI).sqrt();
+    let off = normal_density(less, 1.0);
     let dead = (normal_distribution(less + mean_load) - normal_distribution(less)) / mean_load;
     off / (off + DEAD * dead)
 }

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use tipwatch_binding::{MachineFile, bind, monitor_topic};
 use tipwatch_ingest::{Log, Losses, SensorBlock, SensorRequest, TopicId, read_sensor_blocks};
 use tipwatch_language::{message, say, told};
-use tipwatch_mechanics::estimation::plausibility::{KnownPosition, SignalDoubt};
+use tipwatch_mechanics::estimation::plausibility::Inherited;
 use tipwatch_mechanics::machine::{Machine, Proofs};
 use tipwatch_mechanics::state::{JointStream, MatchedSensors, NumberKind, Sample, Sensor, Sensors};
 
@@ -61,10 +61,8 @@ pub struct LoadedLog {
 /// Doubts of a monitor about signals that fail visibly, where it recorded the log.
 #[derive(Debug, Default)]
 pub(crate) struct SignalDoubts {
-    /// Signals that the session began by doubting.
-    pub(crate) inherited: Vec<SignalDoubt>,
-    /// Positions of joints in the session before.
-    pub(crate) positions: Vec<KnownPosition>,
+    /// Those that the session took over from the one before.
+    pub(crate) inherited: Inherited,
     /// Signals that somebody trusted again, by time of the row (ns), in order.
     pub(crate) trusted: Vec<(i64, Proofs)>,
 }
@@ -276,8 +274,7 @@ pub fn load_within(
         span: span::of(log, &used)?,
         supports: None,
         signal_doubts: SignalDoubts {
-            inherited: monitor_topic::inherited_doubts(log)?,
-            positions: monitor_topic::inherited_positions(log)?,
+            inherited: monitor_topic::inherited(log)?,
             trusted: monitor_topic::trusted_signals(log)?,
         },
         held_forces: HeldForces::default(),

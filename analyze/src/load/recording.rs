@@ -8,7 +8,7 @@ use tipwatch_ingest::{Placement, SensorReading};
 use tipwatch_mechanics::estimation::{FilledVelocities, HeldValues, Together};
 
 use super::log_times::LogTimes;
-use super::sample_store::{Arrival, Samples, Times, arrival, message_times};
+use super::sample_store::{Arrival, StoredSamples, Times, arrival, message_times};
 
 /// Number of samples read from a file at a time.
 const CHUNK: usize = 1024;
@@ -25,7 +25,7 @@ pub struct Recording {
     pub log_span_ns: Option<(i64, i64)>,
     /// The times of the log at the times of measurement.
     pub log_times: LogTimes,
-    samples: Arc<Samples>,
+    samples: Arc<StoredSamples>,
     /// Whether the samples arrived in file order.
     arrived_in_order: bool,
     /// Repeats that were left out.
@@ -38,7 +38,7 @@ impl Recording {
     ///
     /// # Errors
     /// A temporary file cannot be read or written.
-    pub(super) fn new(reading: SensorReading, mut samples: Samples) -> io::Result<Self> {
+    pub(super) fn new(reading: SensorReading, mut samples: StoredSamples) -> io::Result<Self> {
         let mut recording = Self {
             stamps_ns: Vec::with_capacity(reading.samples),
             reading,
@@ -327,12 +327,12 @@ fn without_jumps(placement: &Placement, index: usize, times: Times) -> Times {
 /// The samples with other times and values, and without those that are omitted, given by index in rising order. `write` appends the
 /// values that are kept of a sample.
 fn rewritten(
-    samples: &Samples,
+    samples: &StoredSamples,
     count: usize,
     omitted: &[usize],
     other_times: impl Fn(usize, Times) -> Times,
     write: impl Fn(&[f64], &mut Vec<f64>),
-) -> io::Result<Samples> {
+) -> io::Result<StoredSamples> {
     let mut kept = samples.emptied()?;
     let mut omitted = omitted.iter().copied().peekable();
     let (mut times, mut values, mut kept_values) = (Vec::new(), Vec::new(), Vec::new());

@@ -13,7 +13,7 @@ const NO_STAMP: i64 = i64::MIN;
 /// The samples of all sensors, in memory while they are few.
 #[derive(Debug)]
 pub(super) struct SampleStore {
-    sensors: Vec<Samples>,
+    sensors: Vec<StoredSamples>,
     expected: Vec<Expected>,
     /// Values of a block without velocities that are filled in.
     measured: Vec<f64>,
@@ -34,7 +34,7 @@ pub(super) struct Expected {
 
 /// The samples of one sensor, in file order.
 #[derive(Debug, Default)]
-pub(super) struct Samples {
+pub(super) struct StoredSamples {
     /// The number of values per sample; zero without samples.
     pub(super) width: usize,
     /// The values, sample after sample.
@@ -68,9 +68,9 @@ pub(super) fn message_times([header_ns, publish_ns, log_ns, _]: Times) -> Messag
 impl SampleStore {
     /// Keeps at most `most_in_memory` values in memory.
     pub(super) fn new(expected: Vec<Expected>, most_in_memory: usize) -> Self {
-        let sensors = expected.iter().map(|sensor| Samples {
+        let sensors = expected.iter().map(|sensor| StoredSamples {
             filled_velocities: sensor.joints.map(FilledVelocities::new),
-            ..Samples::default()
+            ..StoredSamples::default()
         });
         Self {
             sensors: sensors.collect(),
@@ -131,7 +131,7 @@ impl SampleStore {
     }
 
     /// The samples of each sensor.
-    pub(super) fn finish(self) -> io::Result<Vec<Samples>> {
+    pub(super) fn finish(self) -> io::Result<Vec<StoredSamples>> {
         match self.failure {
             Some(failure) => Err(failure),
             None => Ok(self.sensors),
@@ -139,7 +139,7 @@ impl SampleStore {
     }
 }
 
-impl Samples {
+impl StoredSamples {
     /// Reserves memory for so many samples: growing would touch twice as much of it.
     fn reserve(&mut self, samples: usize, width: usize) {
         self.values.reserve(samples * width);

@@ -148,9 +148,7 @@ fn origin(analysis: &Analysis, span: &Span<'_>) -> MetadataRecord {
         (END_KEY.into(), span.end_ns.to_string()),
     ]);
     for (index, file) in analysis.provenance.log.iter().enumerate() {
-        values.insert(format!("file_{index}_name"), file.path.clone());
-        values.insert(format!("file_{index}_sha256"), file.hash_text().into());
-        values.insert(format!("file_{index}_bytes"), file.bytes.to_string());
+        values.extend(file.entries(index));
     }
     for (index, event) in span.events.iter().enumerate() {
         let text = format!("{} {} {}", event.kind.name(), event.subject, event.start_ns);

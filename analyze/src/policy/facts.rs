@@ -158,7 +158,7 @@ record! {
         unit: Shared<str>,
         /// time of the worst value
         worst_ns: i64 ["ns"],
-        /// time from the onset of the first `wheel_light`
+        /// time from the onset of the first `wheel_light` that lasts until the event
         lead_s: Option<f64> ["s"],
         /// confidence: probability that the finding is true under the stated split
         certainty: Option<f64> ["-"],

@@ -1,5 +1,7 @@
 //! Judges a log by the rules of a policy.
 
+use std::borrow::Cow;
+
 use serde::{Deserialize, Serialize};
 use tipwatch_language::say;
 use tipwatch_mechanics::machine::EDGES_OF_FOUR;
@@ -204,8 +206,8 @@ impl Events {
             && sure <= at_most
         {
             let found = say!(
-                "not decided: from t = {:.2} s the platform rotated and came to rest; the ground gave way under it, or the \
-                 machine is propped",
+                "not decided: from t = {:.2} s the platform rotated; the ground may equally have given way under it, or the machine may \
+                 be propped",
                 seconds(open)
             );
             return (false, false, found);
@@ -325,10 +327,10 @@ fn judge_number(
 }
 
 /// The subject of an event as a reader reads it.
-fn subject_in_words(event: &EventFacts) -> &str {
+fn subject_in_words(event: &EventFacts) -> Cow<'_, str> {
     match event.kind {
         EventKind::EdgeTipping | EventKind::TipOver => edge_word(&event.subject),
-        _ => &event.subject,
+        _ => (&*event.subject).into(),
     }
 }
 

@@ -52,7 +52,7 @@ pub(super) fn methods(analysis: &Analysis) -> Markup {
             SupportWord::of(&analysis.machine).many
         ),
     };
-    let measured = measured_forces(&analysis.machine).map(|of| {
+    let measured = measured_forces(&analysis.machine, analysis.torques.rows_by_forces).map(|of| {
         say!("Where the log has them, the measured forces of {of} determine the load split, and the rule has no effect.")
     });
     let items = [estimator.to_string(), model.to_string(), split];

@@ -275,9 +275,10 @@ fn subtitle(analysis: &Analysis) -> String {
         .map_or(0.0, |last| rows.seconds(last));
     let (machine, count) = (analysis.machine.name(), rows.len());
     let from = &analysis.provenance;
-    let case = from.case.as_ref().map(|case| say!("Case {case}. "));
-    let examiner = from.examiner.as_ref();
-    let examiner = examiner.map(|examiner| say!("Examiner {examiner}. "));
+    // "E. X." ends with a stop of its own
+    let [case, examiner] = [&from.case, &from.examiner].map(|it| it.as_deref());
+    let case = case.map(|case| say!("Case {}. ", case.trim_end_matches('.')));
+    let examiner = examiner.map(|it| say!("Examiner {}. ", it.trim_end_matches('.')));
     say!(
         "{}{}Machine {machine}; {count} rows over {duration:.2} s.",
         case.unwrap_or_default(),

@@ -44,8 +44,8 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
     html! {
         p {
             (say!(
-                "{} {} carried least: its overturning force (OTF) was {} N at t = {:.2} s, its limit is {} N. {}",
-                word_of(analysis, &advice.wheel).head,
+                "In the valid rows {} {} carried least: its overturning force (OTF) was {} N at t = {:.2} s, its limit is {} N. {}",
+                word_of(analysis, &advice.wheel).one,
                 display(analysis, &advice.wheel),
                 number(advice.worst_otf_n),
                 seconds(advice.worst_ns),
@@ -212,7 +212,7 @@ fn without_advice(analysis: &Analysis) -> String {
     let mut events = analysis.events.iter();
     if analysis.options.model != ModelKind::WholeBody {
         word!("The chosen model does not simulate changes.").into()
-    } else if (analysis.events.iter()).any(|event| event.is_under_way && event.is_fact()) {
+    } else if (analysis.events.iter()).any(|event| event.hides_onset() && event.is_fact()) {
         Event::onset_not_shown().into()
     } else if events.any(|event| unstated_load::contradicts(analysis, event)) {
         word!("Nothing was simulated: the loads of the machine as stated do not show the event.")

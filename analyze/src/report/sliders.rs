@@ -6,7 +6,7 @@ use tipwatch_language::{say, word};
 use tipwatch_mechanics::{Machine, Parameter, State};
 
 use super::explanations::no_derivatives;
-use super::findings::{Scene, incidents};
+use super::findings::{Incident, Scene, incidents};
 use super::unstated_load;
 use crate::analysis::Analysis;
 use crate::analysis::advice::{Change, GroundSlope, Hypothesis, Question, moves_arm_alone};
@@ -130,10 +130,22 @@ fn event(analysis: &Analysis) -> Option<(Event, bool)> {
 /// error says so in a sentence.
 pub fn sliders(analysis: &Analysis) -> Result<Sliders, String> {
     let gravest = incidents(&analysis.events).into_iter().next();
-    if gravest.is_some_and(|incident| incident.gravest().is_under_way) {
+    let is_hidden = |incident: &Incident<'_>| incident.gravest().hides_onset();
+    if gravest.as_ref().is_some_and(is_hidden) {
         return Err(Event::onset_not_shown().into());
     }
     let (event, is_recorded) = event(analysis).ok_or_else(|| no_derivatives(analysis))?;
+    // beside a fall that nothing could be asked about, the load of another moment tells nothing
+    let has_fallen = gravest.is_some_and(|incident| {
+        let gravest = incident.gravest();
+        gravest.kind == EventKind::TipOver && gravest.is_fact()
+    });
+    if has_fallen && !is_recorded {
+        return Err(word!(
+            "It is not known on what the machine stood, or no row can be evaluated."
+        )
+        .into());
+    }
     let standing = StandingRows::all(&analysis.machine, &analysis.rows, |_| None);
     let found = Question::about(&standing, &analysis.rows, &event, |question| {
         of_question(analysis, &event, is_recorded, question)

@@ -41,7 +41,7 @@ const ROSBAG2_METADATA: &str = "metadata.yaml";
 
 /// Requested logs.
 #[derive(Debug, Default)]
-pub struct Found {
+pub struct RequestedLogs {
     /// All logs, each once, sorted by path; those in the output folder are skipped.
     pub(super) logs: Vec<PathBuf>,
     /// Tables and packed texts in folders, which are not logs unless they are named.
@@ -56,7 +56,7 @@ pub struct Found {
     refused: BTreeMap<PathBuf, String>,
 }
 
-impl Found {
+impl RequestedLogs {
     /// Returns the reason why the storage did not list a place; `None` for a log.
     pub(super) fn refusal(&self, path: &Path) -> Option<&str> {
         self.refused.get(path).map(String::as_str)
@@ -216,7 +216,7 @@ fn covers(searched: &Path, path: &Path) -> bool {
 ///
 /// # Errors
 /// A pattern matches nothing, a manifest cannot be read, or there is no log at all.
-pub(super) fn find(requested: &[PathBuf], out: &Path) -> Result<Found> {
+pub(super) fn find(requested: &[PathBuf], out: &Path) -> Result<RequestedLogs> {
     let mut finder = Finder {
         logs: BTreeSet::new(),
         tables: BTreeSet::new(),
@@ -241,7 +241,7 @@ pub(super) fn find(requested: &[PathBuf], out: &Path) -> Result<Found> {
         !all.any(|path| Path::new(path).starts_with(folder))
     };
     let folders = named_like_logs.into_iter().map(PathBuf::from);
-    let found = Found {
+    let found = RequestedLogs {
         searched: requested
             .iter()
             .map(|path| tidy(path))

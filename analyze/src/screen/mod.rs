@@ -36,7 +36,7 @@ pub use data_set::{Answer, NotAnswered, TABLES, query};
 pub use failure::FailureKind;
 pub use fleet_file::Fleet;
 pub use gather::{PAGE, gather, totals_of};
-pub use inputs::Found;
+pub use inputs::RequestedLogs;
 pub use request::{
     DEFAULT_ATTEMPTS, Gate, Gathering, MOST_JOBS, Output, Reports, Request, Screen, Update,
 };

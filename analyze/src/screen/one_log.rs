@@ -14,7 +14,7 @@ use tipwatch_storage::Location;
 use super::attempts::{Attempt, Attempts};
 use super::failure::FailureKind;
 use super::fleet_file::Fleet;
-use super::inputs::Found;
+use super::inputs::RequestedLogs;
 use super::place::Place;
 use super::record::{
     MachineName, Outcome, RECORD_SCHEMA, REPORT_PAGE, REPORTS, Record, Records, path_key,
@@ -39,7 +39,7 @@ use crate::tables::summary::Summary;
 pub(super) struct Screening<'a> {
     pub(super) fleet: &'a Fleet,
     /// Results of the search for the logs; `None` in a task, which knows its log alone.
-    pub(super) found: Option<&'a Found>,
+    pub(super) found: Option<&'a RequestedLogs>,
     pub(super) options: Options,
     /// Which logs get a report.
     pub(super) reports: Reports,

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-use super::inputs::Found;
+use super::inputs::RequestedLogs;
 use super::shard::Shard;
 use super::totals::Totals;
 use crate::base::options::Options;
@@ -77,7 +77,7 @@ pub struct Gathering<'a> {
     /// without one are in the data set as failed.
     pub logs: &'a [PathBuf],
     /// Results of the search for these logs before their analysis; if `None`, the logs are searched for.
-    pub found: Option<&'a Found>,
+    pub found: Option<&'a RequestedLogs>,
     /// Whether records of named logs that no longer exist are removed.
     pub prune: bool,
     /// Options, of which the failed logs name the model.

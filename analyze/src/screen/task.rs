@@ -8,7 +8,7 @@ use tipwatch_storage::redact;
 
 use super::failure::FailureKind;
 use super::fleet_file::Fleet;
-use super::inputs::{self, Found};
+use super::inputs::{self, RequestedLogs};
 use super::one_log::{CurrentRun, Screening, empty_record};
 use super::place::Place;
 use super::record::Outcome;
@@ -78,7 +78,7 @@ impl Task<'_> {
         requested: &[PathBuf],
         fleet: &Fleet,
         notify: &dyn Fn(Update<'_>),
-    ) -> Result<(Vec<(PathBuf, u64)>, Found)> {
+    ) -> Result<(Vec<(PathBuf, u64)>, RequestedLogs)> {
         inputs::require_any(requested)?;
         let found = inputs::find(requested, self.records)?;
         let notes = found.notes().into_iter().chain(fleet.note());

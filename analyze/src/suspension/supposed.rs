@@ -84,7 +84,7 @@ pub fn caveats(
     caveats.push(word!("Sensors are not compared with each other.").into());
     if let Some(fall) = first_fall(recorded) {
         let at_s = recorded.rows.seconds_at(fall.start_ns);
-        caveats.insert(0, match fall.is_under_way {
+        caveats.insert(0, match fall.hides_onset() {
             true => word!("The log does not show how the fall began: whether it would have as supposed cannot be told.").into(),
             false => say!(
                 "The platform began to rotate about an edge at t = {at_s:.2} s. From there on the answers keep its motion from just before, and the joints move as recorded; rows and figures of B end there."
@@ -102,7 +102,7 @@ pub fn caveats(
         caveats.extend(without_split_rule(recorded, supposed).map(str::to_owned));
     }
     let machine = &recorded.machine;
-    caveats.extend(measured_forces(machine).map(|forces| say!(
+    caveats.extend(measured_forces(machine, recorded.torques.rows_by_forces).map(|forces| say!(
         "The measured forces of {forces} show how the load is shared in A. In B they are supposed to change by what the loads by the split rule change."
     )));
     let load = machine

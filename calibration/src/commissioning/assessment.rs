@@ -55,6 +55,8 @@ pub struct Item {
     /// Least and greatest position at which a proven or confirmed joint was (rad or m). The signal is right between them, and may
     /// be wrong beyond.
     pub range: Option<[f64; 2]>,
+    /// Least and greatest position of the joint in the recording (rad or m), of an item that states `range`.
+    pub recorded: Option<[f64; 2]>,
     /// Evidence, likely correction, or the motion that is missing.
     pub text: String,
     /// The motion that shows it.

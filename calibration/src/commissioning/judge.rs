@@ -224,6 +224,7 @@ impl<'a> Judge<'a> {
             figure: self.figure(question),
             sigmas,
             range: None,
+            recorded: None,
             text,
             motion: question.motion.clone(),
             asks: question.asks.map(Into::into),
@@ -257,6 +258,9 @@ impl<'a> Judge<'a> {
             Status::Confirmed => comparison.recorded_range(joint),
             Status::Contradicted | Status::NotShown => None,
         };
+        item.recorded = comparison
+            .recorded_range(joint)
+            .filter(|_| item.range.is_some());
         // once
         let told = item.range.filter(|_| !question.key.ends_with(".sign"));
         if let Some([least, greatest]) = told {

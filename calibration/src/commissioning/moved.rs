@@ -65,7 +65,7 @@ pub(super) fn moved_alone(roles: &Roles, view: &View, travel: &Travel) -> Vec<Mo
         };
         let belongs =
             |bin: usize| travel.stands[bin] && view.is_upright[bin] && !others(bin) && near(bin);
-        let mut runs = runs(view.bins, belongs);
+        let mut runs = runs(view.bins, 0, belongs);
         // A run at the edge of another joint's motion holds none of its own.
         runs.retain(|run| {
             run.len() >= FEWEST && run.clone().filter(|&bin| own(bin)).count() * 3 >= run.len()
@@ -82,12 +82,16 @@ pub(super) fn moved_alone(roles: &Roles, view: &View, travel: &Travel) -> Vec<Mo
     all.filter(|moved| !moved.runs.is_empty()).collect()
 }
 
-/// Runs of neighbouring bins for which this holds.
-pub(super) fn runs(bins: usize, holds: impl Fn(usize) -> bool) -> Vec<std::ops::Range<usize>> {
+/// Runs of bins for which this holds, but for at most so many at a time.
+pub(super) fn runs(
+    bins: usize,
+    but_for: usize,
+    holds: impl Fn(usize) -> bool,
+) -> Vec<std::ops::Range<usize>> {
     let mut runs: Vec<std::ops::Range<usize>> = Vec::new();
     for bin in (0..bins).filter(|&bin| holds(bin)) {
         match runs.last_mut() {
-            Some(run) if run.end == bin => run.end += 1,
+            Some(run) if bin - run.end <= but_for => run.end = bin + 1,
             _ => runs.push(bin..bin + 1),
         }
     }

@@ -1,10 +1,8 @@
 //! Role of each joint: it spins a wheel, steers wheels, or moves masses.
 
-use nalgebra::Vector3;
-use tipwatch_mechanics::dynamics::kinematics::{self, BodyMotion};
-use tipwatch_mechanics::geometry::coordinate::Coordinate;
+use tipwatch_mechanics::dynamics::kinematics::RestingBodies;
 use tipwatch_mechanics::machine::{JointCoupling, JointKind, Machine};
-use tipwatch_mechanics::state::State;
+use tipwatch_mechanics::state::resting_state;
 
 /// Least vertical part of the axis of a steering joint.
 const UPRIGHT: f64 = 0.8;
@@ -28,18 +26,9 @@ pub(super) struct Roles(Vec<Role>);
 
 impl Roles {
     pub(super) fn new(machine: &Machine) -> Self {
-        let mut coordinates = vec![Coordinate::slid(0.0, 0.0, 0.0); machine.bodies().len()];
-        let mut state = State::<f64>::zero(machine);
-        let reference = &machine.reference().posture.positions;
-        for (motion, &position) in state.joints.iter_mut().zip(reference) {
-            motion.position = position;
-        }
-        kinematics::coordinates(machine, &state, &mut coordinates);
-        let zero = Vector3::zeros();
-        let mut motions = vec![BodyMotion::base(zero, zero, zero); machine.bodies().len()];
-        for (i, body) in machine.bodies().iter().enumerate().skip(1) {
-            motions[i] = motions[body.parent].carry_at_rest(body, &coordinates[i]);
-        }
+        let state = resting_state(machine, &machine.reference().posture.positions);
+        let mut placed = RestingBodies::new(machine);
+        placed.place(machine, &state);
         let role = |joint: usize| {
             let measured = &machine.joints()[joint];
             if measured.constant.is_some() {
@@ -57,7 +46,7 @@ impl Roles {
             let carried = (0..machine.wheels().len())
                 .filter(|&w| machine.is_carried_by(machine.wheels()[w].body, body));
             let wheels: Vec<usize> = carried.collect();
-            let axis = motions[body].rotation.column(2).z;
+            let axis = placed.motions[body].rotation.column(2).z;
             let steers = machine.bodies()[body].kind == JointKind::Revolute
                 && axis.abs() > UPRIGHT
                 && !wheels.is_empty()

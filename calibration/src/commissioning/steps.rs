@@ -3,6 +3,7 @@
 use super::assessment::Step;
 use super::evidence::Comparison;
 use super::grid::{Grid, STEP_S};
+use super::moved::runs;
 
 /// Least forward acceleration of driving off and braking (m/s^2), speed (m/s) and yaw rate (rad/s).
 const ACCELERATES: f64 = 0.2;
@@ -46,7 +47,8 @@ pub(super) fn steps(comparison: &Comparison<'_>) -> Vec<Step> {
     ];
     let mut steps = Vec::new();
     for (what, all_round, holds) in &kinds {
-        for run in runs(view.bins, holds) {
+        let runs = runs(view.bins, 1, holds).into_iter();
+        for run in runs.filter(|run| run.len() >= SHORTEST) {
             let turned: f64 = run
                 .clone()
                 .map(|k| yaw(k) * STEP_S)
@@ -77,16 +79,4 @@ fn step(what: String, run: &std::ops::Range<usize>) -> Step {
         what,
         span_s: [Grid::seconds(run.start), Grid::seconds(run.end)],
     }
-}
-
-fn runs(bins: usize, holds: &dyn Fn(usize) -> bool) -> Vec<std::ops::Range<usize>> {
-    let mut runs: Vec<std::ops::Range<usize>> = Vec::new();
-    for bin in (0..bins).filter(|&bin| holds(bin)) {
-        match runs.last_mut() {
-            Some(run) if bin - run.end < 2 => run.end = bin + 1,
-            _ => runs.push(bin..bin + 1),
-        }
-    }
-    runs.retain(|run| run.len() >= SHORTEST);
-    runs
 }

@@ -43,7 +43,7 @@ pub(super) fn still(
             .into_iter()
             .all(|bin| travel.stands[bin] && !moving.iter().any(|(_, moves)| moves[bin]))
     };
-    let runs: Vec<_> = (runs(view.bins, is_quiet).into_iter())
+    let runs: Vec<_> = (runs(view.bins, 0, is_quiet).into_iter())
         .filter(|run| run.len() >= FEWEST)
         .collect();
     let variance = signals.gyro_variance();

@@ -5,8 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::grid::{derivative, of_vectors, smooth};
 use super::roles::{Role, Roles};
 use super::signals::View;
-use tipwatch_mechanics::dynamics::kinematics::{self, BodyMotion};
-use tipwatch_mechanics::geometry::coordinate::Coordinate;
+use tipwatch_mechanics::dynamics::kinematics::RestingBodies;
 use tipwatch_mechanics::geometry::spatial::z_axis;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::State;
@@ -119,19 +118,14 @@ fn wheels(machine: &Machine, roles: &Roles, view: &View) -> Vec<WheelColumns> {
         })
         .collect();
     let mut state = State::<f64>::zero(machine);
-    let mut coordinates = vec![Coordinate::slid(0.0, 0.0, 0.0); machine.bodies().len()];
-    let zero = Vector3::zeros();
-    let mut motions = vec![BodyMotion::base(zero, zero, zero); machine.bodies().len()];
+    let mut placed = RestingBodies::new(machine);
     for bin in 0..view.bins {
         view.set_joints(bin, &mut state);
-        kinematics::coordinates(machine, &state, &mut coordinates);
-        for (i, body) in machine.bodies().iter().enumerate().skip(1) {
-            motions[i] = motions[body.parent].carry_at_rest(body, &coordinates[i]);
-        }
+        placed.place(machine, &state);
         for (columns, &(joint, wheel, body)) in columns.iter_mut().zip(&spinning) {
             let wheel = &machine.wheels()[wheel];
             // A wheel that turns about the axis a rolls along a x z.
-            let axis = z_axis(&motions[body].rotation);
+            let axis = z_axis(&placed.motions[body].rotation);
             let along = axis.cross(&Vector3::z());
             let rate = view.joints[joint].measured_rate[bin];
             let rate = if rate.is_finite() {
@@ -146,7 +140,7 @@ fn wheels(machine: &Machine, roles: &Roles, view: &View) -> Vec<WheelColumns> {
             );
             columns
                 .centre
-                .push(motions[wheel.body].point(&wheel.centre_in_body));
+                .push(placed.motions[wheel.body].point(&wheel.centre_in_body));
             columns.speed.push(rate * wheel.radius);
         }
     }

@@ -4,12 +4,12 @@ use nalgebra::DMatrix;
 
 use crate::identification::posterior::Posterior;
 
-/// The data tell of a direction from half of its variance on: they weigh as much as the prior.
-const TOLD: f64 = 0.5;
+/// The data determine a direction from half of its variance on: they weigh as much as the prior.
+const DETERMINED: f64 = 0.5;
 /// Parameters named for a combination.
 const NAMED: usize = 5;
-/// A parameter that lies in the untold directions by more than this share is not told by itself.
-const UNTOLD: f64 = 0.98;
+/// A parameter that lies in the undetermined directions by more than this share is not determined by itself.
+const UNDETERMINED: f64 = 0.98;
 /// Components below this share of the largest are not named.
 const SMALL: f64 = 0.1;
 
@@ -35,25 +35,25 @@ pub struct Term {
 /// Combinations of parameters that the data determine, and the parameters and combinations that they leave open.
 #[derive(Debug)]
 pub(crate) struct Named {
-    pub(crate) told: Vec<Combination>,
-    /// Parameters that are not told by themselves nor with others.
-    pub(crate) untold: Vec<usize>,
-    /// Combinations that leave every measured number unchanged, though their parameters are told in others.
+    pub(crate) determined: Vec<Combination>,
+    /// Parameters that are determined neither by themselves nor with others.
+    pub(crate) undetermined: Vec<usize>,
+    /// Combinations that leave every measured number unchanged, though their parameters are determined in others.
     pub(crate) indistinguishable: Vec<Combination>,
 }
 
 pub(crate) fn named(posterior: &Posterior) -> Named {
     let size = posterior.shares.len();
     let singular = |share: f64| (share / (1.0 - share)).sqrt();
-    let told: Vec<Combination> = (0..size)
-        .filter(|&place| posterior.shares[place] >= TOLD)
+    let determined: Vec<Combination> = (0..size)
+        .filter(|&place| posterior.shares[place] >= DETERMINED)
         .map(|place| Combination {
             singular_value: singular(posterior.shares[place]),
             terms: terms(posterior.directions.column(place).iter().copied()),
         })
         .collect();
     let rest: Vec<usize> = (0..size)
-        .filter(|&place| posterior.shares[place] < TOLD)
+        .filter(|&place| posterior.shares[place] < DETERMINED)
         .collect();
     let inside = |unknown: usize| -> f64 {
         let parts = rest
@@ -61,8 +61,8 @@ pub(crate) fn named(posterior: &Posterior) -> Named {
             .map(|&place| posterior.directions[(unknown, place)].powi(2));
         parts.sum()
     };
-    let (untold, mixed): (Vec<usize>, Vec<usize>) =
-        (0..size).partition(|&unknown| inside(unknown) > UNTOLD);
+    let (undetermined, mixed): (Vec<usize>, Vec<usize>) =
+        (0..size).partition(|&unknown| inside(unknown) > UNDETERMINED);
     let basis = DMatrix::from_fn(rest.len(), mixed.len(), |row, column| {
         posterior.directions[(mixed[column], rest[row])]
     });
@@ -77,8 +77,8 @@ pub(crate) fn named(posterior: &Posterior) -> Named {
         }
     });
     Named {
-        told,
-        untold,
+        determined,
+        undetermined,
         indistinguishable: indistinguishable.filter(|c| c.terms.len() > 1).collect(),
     }
 }
@@ -135,7 +135,7 @@ mod tests {
 
     #[test]
     fn parameters_that_act_alike_are_named_together() {
-        // p0 + p1 is told, p0 - p1 and p2 are not
+        // p0 + p1 is determined, p0 - p1 and p2 are not
         let root = 0.5_f64.sqrt();
         let posterior = Posterior {
             shares: vec![0.99, 0.0, 0.0],
@@ -146,9 +146,9 @@ mod tests {
             ),
         };
         let found = named(&posterior);
-        assert_eq!(found.untold, [2]);
-        assert_eq!(found.told.len(), 1);
-        assert!((found.told[0].singular_value - 99.0_f64.sqrt()).abs() < 1e-9);
+        assert_eq!(found.undetermined, [2]);
+        assert_eq!(found.determined.len(), 1);
+        assert!((found.determined[0].singular_value - 99.0_f64.sqrt()).abs() < 1e-9);
         let [pair] = &found.indistinguishable[..] else {
             panic!("{found:?}");
         };

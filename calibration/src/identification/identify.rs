@@ -12,9 +12,9 @@ use crate::identification::model::Changed;
 use crate::identification::posterior::Posterior;
 use crate::identification::prior::Prior;
 
-/// Remaining share of a prior standard deviation below which a parameter is told, and above which it is not.
-const TOLD: f64 = 0.5;
-const UNTOLD: f64 = 0.9;
+/// Remaining share of a prior standard deviation below which a parameter is determined, and above which it is not.
+const DETERMINED: f64 = 0.5;
+const UNDETERMINED: f64 = 0.9;
 
 /// Result of an identification.
 #[derive(Debug)]
@@ -23,10 +23,10 @@ pub struct Identification {
     pub identified: Identified,
     /// Every parameter.
     pub estimates: Vec<Estimate>,
-    /// Combinations that the data tell at least as well as the prior, by index of the estimate.
-    pub told: Vec<Combination>,
-    /// Parameters of which the data tell nothing, alone or together, by index of the estimate.
-    pub untold: Vec<usize>,
+    /// Combinations that the data determine at least as well as the prior, by index of the estimate.
+    pub determined: Vec<Combination>,
+    /// Parameters that the data do not determine, alone or together, by index of the estimate.
+    pub undetermined: Vec<usize>,
     /// Combinations of parameters that the data cannot tell apart.
     pub indistinguishable: Vec<Combination>,
     /// Use of each log and weighing.
@@ -65,13 +65,13 @@ pub struct Estimate {
 pub enum Knowledge {
     /// Its standard deviation at least halved.
     #[serde(rename = "yes")]
-    Told,
+    Determined,
     /// Something.
     #[serde(rename = "partly")]
     Partly,
     /// Nothing: its standard deviation is that of the prior.
     #[serde(rename = "no")]
-    Untold,
+    Undetermined,
 }
 
 /// Use of a log or a weighing in the identification.
@@ -200,8 +200,8 @@ pub fn identify(
     });
     Ok(Identification {
         estimates: estimates(machine, &prior, &identified),
-        told: names.told,
-        untold: names.untold,
+        determined: names.determined,
+        undetermined: names.undetermined,
         indistinguishable: names.indistinguishable,
         sources: sources.collect(),
         fitted: errors(&fitted, &before, &after).0,
@@ -224,9 +224,9 @@ fn estimates(machine: &Machine, prior: &Prior, identified: &Identified) -> Vec<E
             prior_sigma,
             sigma,
             knowledge: match sigma / prior_sigma {
-                share if share <= TOLD => Knowledge::Told,
-                share if share <= UNTOLD => Knowledge::Partly,
-                _ => Knowledge::Untold,
+                share if share <= DETERMINED => Knowledge::Determined,
+                share if share <= UNDETERMINED => Knowledge::Partly,
+                _ => Knowledge::Undetermined,
             },
         }
     };

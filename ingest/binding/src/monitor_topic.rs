@@ -6,7 +6,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use tipwatch_ingest::{Error, FieldRequest, Log, SensorRecording, record_fields};
-use tipwatch_mechanics::estimation::plausibility::{KnownPosition, SignalDoubt};
+use tipwatch_mechanics::estimation::plausibility::{Inherited, KnownPosition, SignalDoubt};
 use tipwatch_mechanics::machine::{
     FieldSpec, JointFields, MachineSpec, OneOrMany, PayloadMass, PresenceSpec, SignalSpec,
     SignalsSpec, WheelSpec,
@@ -38,7 +38,11 @@ pub const PROGRAM_TYPE_NAME: &str = "tipwatch_msgs/msg/Program";
 /// Field with the number of signals that the session begins by doubting. Earlier recordings lack it and the following ones.
 pub const DOUBTED_COUNT_FIELD: &str = "doubted_count";
 /// Lists of that many numbers: the signals, the size of the error of each, and the part of the error that motion may explain.
-pub const DOUBTED_FIELDS: [&str; 3] = ["doubted_signals", "doubted_by", "doubted_moved"];
+/// Of a joint that is not measured any more the latter is its velocity.
+pub const DOUBTED_FIELDS: [&str; 3] =
+    ["doubted_signals", "doubted_by", "doubted_velocity_or_moved"];
+/// Name of the last list in earlier recordings, whose velocities have no sign.
+const DOUBTED_MOVED_FIELD: &str = "doubted_moved";
 /// Field with the number of joints that have a known position of a session before. Earlier recordings lack it and the following
 /// ones.
 pub const KNOWN_COUNT_FIELD: &str = "known_count";
@@ -189,32 +193,34 @@ pub fn doubted_rows(log: &Log) -> Result<Vec<i64>, Error> {
     Ok(rows.map(|at| event.stamps_ns[at]).collect())
 }
 
-/// The signals that the session begins by doubting; none if the log is not from the monitor's recorder, or from an earlier
-/// version of it. Of a monitor that was restarted meanwhile only the first run counts.
+/// The signals that the session begins by doubting, and the positions of joints in the session before; none if the log is not from
+/// the monitor's recorder, or from an earlier version of it. Of a monitor that was restarted meanwhile only the first run counts.
 ///
 /// # Errors
 /// The log cannot be read.
-pub fn inherited_doubts(log: &Log) -> Result<Vec<SignalDoubt>, Error> {
-    let lists = first_lists(log, DOUBTED_COUNT_FIELD, DOUBTED_FIELDS)?.into_iter();
+pub fn inherited(log: &Log) -> Result<Inherited, Error> {
+    let [signals, by, moved] = DOUBTED_FIELDS;
+    let has_sign = has_fields(log, PROGRAM, &[moved]);
+    let moved = if has_sign { moved } else { DOUBTED_MOVED_FIELD };
+    let lists = first_lists(log, DOUBTED_COUNT_FIELD, [signals, by, moved])?.into_iter();
     let doubts = lists.filter_map(|[number, by, moved]| {
         let signal = Proof::from_number(number as u32)?;
+        let moved = match has_sign {
+            true => moved,
+            false => SignalDoubt::moved_of_before(by, moved),
+        };
         Some(SignalDoubt { signal, by, moved })
     });
-    Ok(doubts.collect())
-}
-
-/// Reads the positions of joints in a session before; the same holds as of [`inherited_doubts`].
-///
-/// # Errors
-/// The log cannot be read.
-pub fn inherited_positions(log: &Log) -> Result<Vec<KnownPosition>, Error> {
     let lists = first_lists(log, KNOWN_COUNT_FIELD, KNOWN_FIELDS)?.into_iter();
     let positions = lists.map(|[joint, stamp_us, position]| KnownPosition {
         joint: joint as usize,
         stamp_ns: (stamp_us as i64).saturating_mul(1000),
         position,
     });
-    Ok(positions.collect())
+    Ok(Inherited {
+        doubts: doubts.collect(),
+        positions: positions.collect(),
+    })
 }
 
 /// Returns the rows of three parallel lists of numbers, as the monitor first recorded them; `count` is the field with their

@@ -9,6 +9,7 @@ use tipwatch_binding::{MachineFile, arrivals, bind};
 use tipwatch_calibration::commissioning::{Answers, Assessment, Item, Recording, Status, assess};
 use tipwatch_ingest::Log;
 use tipwatch_mechanics::Machine;
+use tipwatch_mechanics::machine::{Commissioned, Proof};
 use tipwatch_mechanics::state::{Sample, Sensor, Sensors};
 
 /// A machine and the samples of its drive.
@@ -19,6 +20,7 @@ struct Drive {
 }
 
 static STEERED: LazyLock<Drive> = LazyLock::new(|| drive("commissioning"));
+static WIDE: LazyLock<Drive> = LazyLock::new(|| drive("commissioning_wide"));
 static BOGIE: LazyLock<Drive> = LazyLock::new(|| drive("commissioning_bogie"));
 
 fn data(name: &str) -> PathBuf {
@@ -197,6 +199,44 @@ fn joints_are_proven_where_they_moved_alone() {
     assert_eq!(confirmed.status, Status::Confirmed);
     let [least, greatest] = confirmed.range.unwrap();
     assert!(greatest - least < 0.1, "it stood: {least} {greatest}");
+}
+
+/// The drive by which a machine is to be commissioned goes where its arm works.
+// requirement: TW-VERDICT-28
+#[test]
+fn a_drive_over_the_range_of_the_arm_proves_it_there() {
+    let found = assessed(&WIDE, &mut |_, _, _| true);
+    assert!(found.is_complete(), "{}", told(&found));
+    let all = Proof::all(WIDE.machine.joints().len()).collect();
+    let ranges = WIDE.machine.joints().iter().map(|joint| {
+        let item = |part: &str| {
+            let key = format!("joint.{}.{part}", joint.name);
+            found.items.iter().find(|item| item.key == key)
+        };
+        let it = item("scale").or_else(|| item("steering"))?;
+        let ([from, to], [least, greatest]) = (it.range?, it.recorded?);
+        assert!(least <= from && to <= greatest, "{}", it.key);
+        it.range
+    });
+    let proven = Commissioned::new(&WIDE.machine, all, ranges.collect());
+    let column = |name: &str| {
+        let mut joints = WIDE.machine.joints().iter();
+        joints.position(|joint| joint.name == name).unwrap()
+    };
+    for (name, works) in [
+        ("slew", [-3.1, 3.1]),
+        ("lift", [-1.45, -0.75]),
+        ("tilt", [-2.1, -1.65]),
+        ("extension", [0.1, 0.7]),
+    ] {
+        let joint = column(name);
+        let nothing: Vec<[f64; 2]> = Vec::new();
+        assert_eq!(proven.unproven_within(joint, works), nothing, "{name}");
+        // the limits of its URDF are those of no machine
+        let limits = WIDE.machine.joints()[joint].limits.unwrap();
+        let open = proven.unproven_within(joint, limits);
+        assert_eq!(open.len(), if name == "slew" { 0 } else { 2 }, "{name}");
+    }
 }
 
 #[test]

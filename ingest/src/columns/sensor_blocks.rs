@@ -57,12 +57,6 @@ impl<'a> SensorBlock<'a> {
         self.samples.values
     }
 
-    /// The values of one sample of the block.
-    #[must_use]
-    pub fn sample(&self, index: usize) -> &'a [f64] {
-        &self.samples.values[index * self.samples.width..(index + 1) * self.samples.width]
-    }
-
     /// The times of each sample. [`Placement::stamp_ns`](crate::Placement::stamp_ns) turns them into times of measurement, once
     /// the whole log has been read.
     pub fn times(&self) -> impl ExactSizeIterator<Item = MessageTimes> + Clone + 'a {

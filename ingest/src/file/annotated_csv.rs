@@ -142,13 +142,13 @@ fn names_of(series: &BTreeMap<Key, usize>) -> Vec<String> {
 }
 
 /// A value of a series.
-struct Sample {
+struct SeriesValue {
     time_ns: i64,
     series: usize,
     cell: Box<str>,
 }
 
-impl Sample {
+impl SeriesValue {
     fn write(&self, target: &mut impl Write) -> io::Result<()> {
         target.write_all(&self.time_ns.to_le_bytes())?;
         target.write_all(&(self.series as u64).to_le_bytes())?;
@@ -181,13 +181,13 @@ impl Sample {
 /// Puts samples in the order of their times, in bounded memory.
 struct ByTime {
     most: usize,
-    held: Vec<Sample>,
+    held: Vec<SeriesValue>,
     /// Each has samples in the order of their times, which the file has behind those of the one before.
     files: Vec<BufReader<File>>,
 }
 
 impl ByTime {
-    fn push(&mut self, sample: Sample) -> io::Result<()> {
+    fn push(&mut self, sample: SeriesValue) -> io::Result<()> {
         if self.held.len() >= self.most {
             self.held.sort_by_key(|sample| sample.time_ns);
             let mut file = BufWriter::new(tempfile::tempfile()?);
@@ -203,7 +203,7 @@ impl ByTime {
     }
 
     /// Calls `take` with every sample. Those of one time come in the order of the file.
-    fn each(self, take: &mut dyn FnMut(&Sample) -> io::Result<()>) -> io::Result<()> {
+    fn each(self, take: &mut dyn FnMut(&SeriesValue) -> io::Result<()>) -> io::Result<()> {
         let Self {
             mut held,
             mut files,
@@ -212,12 +212,12 @@ impl ByTime {
         held.sort_by_key(|sample| sample.time_ns);
         let (mut held, in_memory) = (held.into_iter(), files.len());
         let mut next = |from: usize| match files.get_mut(from) {
-            Some(file) => Sample::read(file),
+            Some(file) => SeriesValue::read(file),
             None => Ok(held.next()),
         };
-        let heads: io::Result<Vec<Option<Sample>>> = (0..=in_memory).map(&mut next).collect();
+        let heads: io::Result<Vec<Option<SeriesValue>>> = (0..=in_memory).map(&mut next).collect();
         let mut heads = heads?;
-        let place = |(from, head): (usize, &Option<Sample>)| {
+        let place = |(from, head): (usize, &Option<SeriesValue>)| {
             let sample = head.as_ref()?;
             Some(Reverse((sample.time_ns, from)))
         };
@@ -308,7 +308,7 @@ fn recode_holding(most: usize, source: &mut dyn Read, target: &mut dyn Write) ->
                 let series = *series
                     .entry((key.clone(), name.unwrap_or_default().to_owned()))
                     .or_insert(count);
-                samples.push(Sample {
+                samples.push(SeriesValue {
                     time_ns,
                     series,
                     cell: cell.into(),

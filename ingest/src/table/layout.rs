@@ -9,7 +9,7 @@ use super::{
     date,
     number::number,
     options::TableOptions,
-    time::{self, Sample, TimeSource},
+    time::{self, TableHead, TimeSource},
 };
 
 /// Separators of cells; blanks separate only what nothing else does.
@@ -88,7 +88,7 @@ pub(crate) fn signal_and_value<'n>(
 
 /// The columns if each row has the name of a signal and its value: by the names of the columns, or because the rows of one time
 /// differ by texts.
-fn by_signal(sample: &Sample<'_>, time: &TimeSource) -> Option<BySignal> {
+fn by_signal(sample: &TableHead<'_>, time: &TimeSource) -> Option<BySignal> {
     let columns = || (0..sample.names.len()).filter(|at| !time.columns.contains(at));
     let called = |known: &[&str]| {
         columns().find(|&at| known.contains(&time::plain(&sample.names[at]).as_str()))
@@ -344,7 +344,7 @@ fn below_names(
     let sampled: Vec<Vec<String>> = (rows.iter().filter(is_whole))
         .map(|(_, row)| row.clone())
         .collect();
-    let sample = Sample {
+    let sample = TableHead {
         names: &names,
         units: &units,
         rows: &sampled,
@@ -414,7 +414,7 @@ fn without_names(lines: &[Line], options: &TableOptions) -> Result<TextTable, Re
         .collect();
     let has_decimal_comma = has_decimal_comma(&rows, separator);
     let sampled: Vec<Vec<String>> = rows.into_iter().map(|(_, row)| row).collect();
-    let sample = Sample {
+    let sample = TableHead {
         names: &names,
         units: &[],
         rows: &sampled,

@@ -12,6 +12,6 @@ pub(crate) use self::{
     layout::{BySignal, Refusal, TextTable, join_blanks, signal_and_value},
     number::{Mark, decimal_mark, grouped_once, number},
     time::{
-        DaysPassed, Kind, Sample, TimeSource, find, from_float, is_name_of_time, is_same_column,
+        DaysPassed, Kind, TableHead, TimeSource, find, from_float, is_name_of_time, is_same_column,
     },
 };

@@ -148,7 +148,7 @@ pub(crate) struct TimeSource {
 }
 
 /// A table as far as the search for the time needs it.
-pub(crate) struct Sample<'s> {
+pub(crate) struct TableHead<'s> {
     pub(crate) names: &'s [String],
     /// The cells of a line of units below the names.
     pub(crate) units: &'s [String],
@@ -198,7 +198,7 @@ impl TimeSource {
 
     /// Adds the column with the milliseconds, microseconds or nanoseconds of a time in whole seconds, if there is one: where rows
     /// have one second, that column puts them in order.
-    fn with_part(mut self, sample: &Sample<'_>) -> Self {
+    fn with_part(mut self, sample: &TableHead<'_>) -> Self {
         let texts = sample.column_texts(&self.columns);
         let read = |cells: &Vec<&str>| self.read(cells, sample.has_decimal_comma);
         let times: Vec<i64> = texts.iter().filter_map(read).collect();
@@ -282,7 +282,7 @@ pub(super) fn is_index_named(names: &[String]) -> bool {
 }
 
 /// Whether the first column is an index whose cells are times.
-pub(super) fn has_index_of_times(sample: &Sample<'_>) -> bool {
+pub(super) fn has_index_of_times(sample: &TableHead<'_>) -> bool {
     let texts = sample.column_texts(&[0]);
     let date = |text: &str| {
         date::is_ambiguous(text) || date::parse(text, None).is_some_and(|stamp| stamp.has_date)
@@ -307,7 +307,7 @@ pub(super) fn names_a_time(names: &[String], options: &TableOptions) -> bool {
 ///
 /// # Errors
 /// There is none, or its unit or form does not follow from the table: what to do.
-pub(crate) fn find(sample: &Sample<'_>, options: &TableOptions) -> Result<TimeSource, String> {
+pub(crate) fn find(sample: &TableHead<'_>, options: &TableOptions) -> Result<TimeSource, String> {
     if let Some(named) = &options.time_column {
         let columns = columns_named(sample.names, named).ok_or_else(|| {
             format!(
@@ -334,7 +334,7 @@ pub(crate) fn find(sample: &Sample<'_>, options: &TableOptions) -> Result<TimeSo
     }))
 }
 
-impl<'s> Sample<'s> {
+impl<'s> TableHead<'s> {
     /// The cells of one or two columns, row by row, those without a time left out.
     fn column_texts(&self, columns: &[usize]) -> Vec<Vec<&'s str>> {
         let texts = |row: &'s Vec<String>| -> Option<Vec<&'s str>> {
@@ -350,7 +350,7 @@ impl<'s> Sample<'s> {
 
 /// Finds the time in a table without names: the first column, or the first two.
 pub(super) fn find_unnamed(
-    sample: &Sample<'_>,
+    sample: &TableHead<'_>,
     options: &TableOptions,
 ) -> Result<TimeSource, String> {
     if options.time_column.is_some() {
@@ -464,7 +464,7 @@ fn candidates(names: &[String]) -> Vec<Vec<usize>> {
 fn choose(
     texts: &[Vec<&str>],
     columns: &[usize],
-    sample: &Sample<'_>,
+    sample: &TableHead<'_>,
     options: &TableOptions,
 ) -> Result<TimeSource, String> {
     let name = |at: usize| sample.names.get(at).map_or("", String::as_str);

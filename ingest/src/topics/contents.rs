@@ -44,7 +44,7 @@ pub struct FieldContents {
 
 /// Data kept of a topic during the pass.
 #[derive(Default)]
-struct Seen {
+struct TopicTally {
     messages: u64,
     span_ns: Option<(i64, i64)>,
     first: Vec<u8>,
@@ -72,7 +72,7 @@ impl TopicContents {
 /// Reads a whole log and returns the contents of every topic, in the order of the topics.
 pub fn topic_contents(log: &Log) -> Result<(Vec<TopicContents>, Losses), Error> {
     let ids: Vec<TopicId> = log.topics().iter().map(|topic| topic.id).collect();
-    let mut seen: BTreeMap<TopicId, Seen> = BTreeMap::new();
+    let mut seen: BTreeMap<TopicId, TopicTally> = BTreeMap::new();
     let is_table = |topic: TopicId| {
         (log.topics().get(topic.index())).is_some_and(|topic| is_row(&topic.type_name))
     };
@@ -102,7 +102,7 @@ pub fn topic_contents(log: &Log) -> Result<(Vec<TopicContents>, Losses), Error> 
     Ok((contents.collect(), losses))
 }
 
-fn contents_of(topic: &Topic, seen: &Seen) -> TopicContents {
+fn contents_of(topic: &Topic, seen: &TopicTally) -> TopicContents {
     let (fields, note) = match () {
         // the messages on a bus are listed by themselves
         () if is_can_frame(&topic.type_name) => (Vec::new(), None),
@@ -124,7 +124,7 @@ fn contents_of(topic: &Topic, seen: &Seen) -> TopicContents {
 }
 
 /// The numbers in two messages.
-fn fields_of(topic: &Topic, seen: &Seen) -> (Vec<FieldContents>, Option<String>) {
+fn fields_of(topic: &Topic, seen: &TopicTally) -> (Vec<FieldContents>, Option<String>) {
     let last = match seen.messages {
         1 => &seen.first,
         _ => &seen.last,

@@ -37,7 +37,7 @@ pub use self::{
     arguments::{arguments, recorded_arguments, without_secrets},
     counted::Transfer,
     error::{Error, ErrorKind},
-    folder::{Entry, Expanded, Folder, Found, Put, expand},
+    folder::{Entry, Expanded, Folder, Found, Put, UNFINISHED, expand},
     object::Object,
     place::{Access, Location, connect, set_whole_reads, whole_reads},
     redact::redact,

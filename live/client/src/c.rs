@@ -32,10 +32,22 @@ pub struct Handle {
 }
 
 struct Opened {
+    /// The process that has opened it: a fork copies the client, and has no part in the shared memory.
+    process: u32,
     /// `None` after a panic: nobody knows in which state it left the client.
     client: Option<Client>,
     /// Error text of the last call that failed; empty before.
     failure: CString,
+}
+
+impl Opened {
+    fn new(client: Option<Client>) -> Self {
+        Self {
+            process: std::process::id(),
+            client,
+            failure: CString::default(),
+        }
+    }
 }
 
 /// The clients that are open in any thread, by their numbers.
@@ -80,6 +92,15 @@ fn opened(opened: Opened) -> *mut Handle {
     ptr::without_provenance_mut(number)
 }
 
+/// The client of this number, if this process and this thread have opened it.
+fn own(clients: &mut Clients, number: usize) -> Result<&mut Opened, Failure> {
+    match clients.get_mut(&number) {
+        Some(opened) if opened.process == std::process::id() => Ok(opened),
+        Some(_) => Err(Failure::new(Kind::Thread, "")),
+        None => Err(no_client(number)),
+    }
+}
+
 /// Returns the failure of a call with a handle that is no open client of this thread: null, of another thread, or closed.
 fn no_client(number: usize) -> Failure {
     let kind = match number {
@@ -105,6 +126,10 @@ pub unsafe extern "C" fn tipwatch_client_open(
     let client = caught(|| {
         // SAFETY: as the caller promises.
         let (service, prefix) = unsafe { (text(service)?, text(prefix)?) };
+        if service == Some("") {
+            let text = "service: expected a name, or null for the default, found an empty text";
+            return Err(Failure::new(Kind::Argument, text));
+        }
         let address = ServiceAddress {
             service: service.unwrap_or(DEFAULT_SERVICE).into(),
             prefix: prefix.map(Into::into),
@@ -112,10 +137,7 @@ pub unsafe extern "C" fn tipwatch_client_open(
         Client::open(contract, &address)
     });
     match client {
-        Ok(client) => opened(Opened {
-            client: Some(client),
-            failure: CString::default(),
-        }),
+        Ok(client) => opened(Opened::new(Some(client))),
         Err(failure) => {
             // SAFETY: as the caller promises.
             unsafe { say(&failure.text, error, error_size) };
@@ -133,14 +155,14 @@ pub extern "C" fn tipwatch_client_close(client: *mut Handle) -> c_int {
     let close = || {
         let number = client.addr();
         let found = with_clients(|clients| {
+            own(clients, number)?;
             let found = clients.remove(&number);
             if clients.is_empty() {
                 // frees its memory, which does not end with the thread
                 *clients = Clients::new();
             }
-            found
-        });
-        let found = found.ok_or_else(|| no_client(number))?;
+            found.ok_or_else(|| no_client(number))
+        })?;
         numbers().open.retain(|open| *open != number);
         drop(ManuallyDrop::into_inner(found));
         Ok(())
@@ -152,13 +174,10 @@ pub extern "C" fn tipwatch_client_close(client: *mut Handle) -> c_int {
 #[unsafe(no_mangle)]
 pub extern "C" fn tipwatch_client_error(client: *const Handle) -> *const c_char {
     let said = caught(|| {
-        let said = |opened: &ManuallyDrop<Opened>| opened.failure.as_ptr();
-        Ok(with_clients(|clients| {
-            clients.get(&client.addr()).map(said)
-        }))
+        with_clients(|clients| own(clients, client.addr()).map(|opened| opened.failure.as_ptr()))
     });
-    let other = c"expected an open client, and the thread that opened it";
-    said.ok().flatten().unwrap_or(other.as_ptr())
+    let other = c"expected an open client, and the thread and the process that opened it";
+    said.unwrap_or(other.as_ptr())
 }
 
 /// Publishes a message.
@@ -256,7 +275,7 @@ fn with_client(
     let number = context.addr();
     let called = caught(|| {
         with_clients(|clients| {
-            let opened = clients.get_mut(&number).ok_or_else(|| no_client(number))?;
+            let opened = own(clients, number)?;
             Ok(called(opened, call))
         })
     });
@@ -368,10 +387,7 @@ mod tests {
 
     #[test]
     fn a_panic_becomes_a_failure_and_closes_the_client_for_all_but_closing() {
-        let handle = opened(Opened {
-            client: None,
-            failure: CString::default(),
-        });
+        let handle = opened(Opened::new(None));
         let failure = caught(|| -> Result<(), Failure> { panic!("{}", "a word") }).unwrap_err();
         assert_eq!(failure.kind, Kind::Mistake);
         assert!(failure.text.ends_with(": a word"), "{}", failure.text);
@@ -386,12 +402,7 @@ mod tests {
 
     #[test]
     fn a_client_that_is_closed_or_was_never_open_is_an_error_in_every_thread() {
-        let open = || {
-            opened(Opened {
-                client: None,
-                failure: CString::default(),
-            })
-        };
+        let open = || opened(Opened::new(None));
         let (closed, other) = (open(), open());
         assert_eq!(tipwatch_client_close(closed), 0);
         let never = ptr::without_provenance_mut::<Handle>(usize::MAX);

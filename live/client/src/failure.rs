@@ -12,7 +12,7 @@ pub(crate) enum Kind {
     Service = -3,
     /// The size is not that of the service's message.
     Size = -4,
-    /// The client was opened by another thread.
+    /// The client was opened by another thread, or before a fork.
     Thread = -5,
     /// There is no room in the shared memory.
     Room = -6,

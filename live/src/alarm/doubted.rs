@@ -6,8 +6,8 @@
 //! BY is by how much it is off (rad, m or m/s^2), MOVED what of that may be motion, TIME when that was found (UTC). In names, all
 //! but letters, digits and `_.-` stands as `%` and two hexadecimal digits.
 //!
-//! BY is 0 of a joint that stopped to be measured; MOVED is how fast it moved then (rad/s or m/s), and -1 if the lean of the platform has
-//! contradicted that it stood still.
+//! BY is 0 of a joint that stopped to be measured; MOVED is its velocity then (rad/s or m/s). MOVED is `inf` where the lean of the platform
+//! has contradicted that the joint stood still: that doubt stands beside another one of the same joint.
 
 use std::fmt::{self, Write};
 use std::str::FromStr;
@@ -114,6 +114,22 @@ pub struct DoubtedSignal {
 }
 
 impl DoubtedSignal {
+    /// Whether both are the same doubt of a signal: that it is off, that it stopped, or that its standstill was contradicted.
+    #[must_use]
+    pub fn is_alike(&self, other: &Self) -> bool {
+        let kind = |it: &Self| (it.by == 0.0, it.moved.is_infinite());
+        self.name == other.name && kind(self) == kind(other)
+    }
+
+    /// Returns the doubt that an alarm file of version 4 states, before velocities had a sign.
+    #[must_use]
+    pub(super) fn of_version_4(self) -> Self {
+        Self {
+            moved: SignalDoubt::moved_of_before(self.by, self.moved),
+            ..self
+        }
+    }
+
     /// Returns the doubt as one of a signal of this machine; `None` if the machine has no such signal.
     #[must_use]
     pub fn of_machine(&self, machine: &Machine) -> Option<SignalDoubt> {
@@ -146,14 +162,16 @@ impl FromStr for DoubtedSignal {
         let (name, rest) = text.split_once('=').ok_or(Damaged)?;
         let (by, rest) = rest.split_once('~').ok_or(Damaged)?;
         let (moved, since) = rest.split_once('@').ok_or(Damaged)?;
-        let number = |text: &str| {
+        let number = |text: &str, is_valid: &dyn Fn(f64) -> bool| {
             let number: f64 = text.parse().map_err(|_| Damaged)?;
-            number.is_finite().then_some(number).ok_or(Damaged)
+            is_valid(number).then_some(number).ok_or(Damaged)
         };
+        let by = number(by, &f64::is_finite)?;
+        let may_move = |moved: f64| moved.is_finite() || (by == 0.0 && moved == f64::INFINITY);
         Ok(Self {
             name: name.parse()?,
-            by: number(by)?,
-            moved: number(moved)?,
+            by,
+            moved: number(moved, &may_move)?,
             since: since.parse().map_err(|_| Damaged)?,
         })
     }
@@ -167,7 +185,7 @@ pub struct Damaged;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Full;
 
-/// Doubted signals, each once. The list has room for its largest number from the start, so that nothing allocates.
+/// Doubted signals, each doubt once. The list has room for its largest number from the start, so that nothing allocates.
 #[derive(Clone, Copy)]
 pub struct DoubtedSignals {
     count: usize,
@@ -188,12 +206,6 @@ impl DoubtedSignals {
     /// The signals, in the order in which they were added.
     pub fn iter(&self) -> impl Iterator<Item = &DoubtedSignal> {
         self.signals[..self.count].iter().flatten()
-    }
-
-    /// The signal of this name.
-    #[must_use]
-    pub fn find(&self, name: &SignalName) -> Option<&DoubtedSignal> {
-        self.iter().find(|it| it.name == *name)
     }
 
     /// Whether no signal is doubted.
@@ -286,12 +298,24 @@ mod tests {
             "a",
             "a=1~2",
             "a=inf~0@2026-11-27T10:00:00Z",
+            "a=1~inf@2026-11-27T10:00:00Z",
+            "a=0~-inf@2026-11-27T10:00:00Z",
+            "a=0~NaN@2026-11-27T10:00:00Z",
             "a%2=1~0@2026-11-27T10:00:00Z",
             "a b=1~0@2026-11-27T10:00:00Z",
             "a=1~0@yesterday",
         ] {
             assert!(wrong(text), "{text:?}");
         }
+    }
+
+    #[test]
+    fn a_joint_that_stopped_keeps_its_velocity_and_that_its_standstill_was_contradicted() {
+        let kept = "joint.slew=0~-0.3@2026-11-27T10:00:00Z,joint.slew=0~inf@2026-11-27T10:00:00Z";
+        let all: DoubtedSignals = kept.parse().unwrap();
+        assert_eq!(all.to_string(), kept);
+        let moved: Vec<f64> = all.iter().map(|it| it.moved).collect();
+        assert_eq!(moved, [-0.3, f64::INFINITY]);
     }
 
     #[test]

@@ -1,15 +1,16 @@
 //! One small file for each machine, replaced as a whole: after a power cut it holds the old alarm or the new one.
 //!
 //! ```text
-//!     tipwatch-alarm 4 MACHINE_HASH IDENTITY_CRC32 LEVEL ACKNOWLEDGED CONTRADICTION DOUBTED CRC32
+//!     tipwatch-alarm 5 MACHINE_HASH IDENTITY_CRC32 LEVEL ACKNOWLEDGED CONTRADICTION DOUBTED CRC32
 //! ```
 //! Whoever changes the machine file gets another hash. The alarm is then taken over from the files of machines of the same
 //! identity, which is the name with the serial number; IDENTITY_CRC32 is its checksum. A machine file that states a serial number
 //! for the first time has another identity, too: files of its name alone are of this machine, and so are those of its name with a
-//! serial number, unless they are monitored, of a machine whose file states none. CONTRADICTION is `-`, or the time at which
+//! serial number, unless they are monitored, of a machine whose file states none, and those of another name with its serial number:
+//! it was renamed. CONTRADICTION is `-`, or the time at which
 //! the sensors were contradicted last (UTC). It is never erased: a commissioning whose drive is later overrules it, an earlier one
-//! does not. DOUBTED is `-`, or the signals that failed visibly, see [`super::doubted`]. Version 3 has none. Version 2 names no time
-//! either; its contradictions count as of when they are read.
+//! does not. DOUBTED is `-`, or the signals that failed visibly, see [`super::doubted`]. Version 4 keeps no sign of a velocity there.
+//! Version 3 has none of them. Version 2 names no time either; its contradictions count as of when they are read.
 
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, File};
@@ -20,11 +21,11 @@ use jiff::Timestamp;
 use tipwatch_mechanics::verdict::{Latch, Level};
 
 use super::doubted::{DoubtedSignal, DoubtedSignals, Full};
-use super::last_positions::LastPositions;
 
 /// First words of the file.
 const BEGINNING: &str = "tipwatch-alarm";
-const VERSION: &str = "4";
+const VERSION: &str = "5";
+const VERSION_WITHOUT_SIGN: &str = "4";
 const VERSION_WITHOUT_SIGNALS: &str = "3";
 const VERSION_WITHOUT_TIME: &str = "2";
 
@@ -83,9 +84,9 @@ impl Kept {
 /// The file of a machine's alarm.
 #[derive(Debug, Clone)]
 pub struct AlarmFile {
-    folder: PathBuf,
-    machine_hash: u64,
-    identity_checksum: u32,
+    pub(super) folder: PathBuf,
+    pub(super) machine_hash: u64,
+    pub(super) identity_checksum: u32,
     /// Checksums of the identities that it has had if its machine file stated a serial number later, or does so no more.
     before: Vec<u32>,
 }
@@ -97,7 +98,7 @@ impl AlarmFile {
         Self {
             folder: folder.into(),
             machine_hash,
-            identity_checksum: crc32fast::hash(identity.as_bytes()),
+            identity_checksum: checksum_of(identity),
             before: Vec::new(),
         }
     }
@@ -105,8 +106,7 @@ impl AlarmFile {
     /// Returns the file of a machine that may have had these identities before.
     #[must_use]
     pub(super) fn once(mut self, identities: &[String]) -> Self {
-        let checksums = identities.iter().map(|it| crc32fast::hash(it.as_bytes()));
-        self.before = checksums.collect();
+        self.before = identities.iter().map(|it| checksum_of(it)).collect();
         self
     }
 
@@ -161,14 +161,6 @@ impl AlarmFile {
         let text = fs::read_to_string(self.path()).ok()?;
         let written = Written::parse(&text)?;
         (written.machine_hash == self.machine_hash).then_some(written.identity_checksum)
-    }
-
-    /// Writes the last positions of the joints beside it.
-    ///
-    /// # Errors
-    /// They cannot be written.
-    pub(super) fn write_positions(&self, last: &LastPositions) -> io::Result<()> {
-        last.write(&self.folder, self.machine_hash)
     }
 
     /// Its path.
@@ -231,6 +223,11 @@ impl AlarmFile {
     }
 }
 
+/// Checksum of an identity.
+pub(super) fn checksum_of(identity: &str) -> u32 {
+    crc32fast::hash(identity.as_bytes())
+}
+
 /// An alarm file of a machine of the same identity.
 #[derive(Debug)]
 pub(super) struct Predecessor {
@@ -289,6 +286,14 @@ impl Written {
         let doubted = match (version, rest) {
             (VERSION_WITHOUT_TIME | VERSION_WITHOUT_SIGNALS, [_]) => DoubtedSignals::default(),
             (VERSION, [doubted, _]) => doubted.parse().ok()?,
+            (VERSION_WITHOUT_SIGN, [doubted, _]) => {
+                let before: DoubtedSignals = doubted.parse().ok()?;
+                let mut signals = DoubtedSignals::default();
+                for signal in before.iter() {
+                    signals.push(signal.of_version_4()).ok()?;
+                }
+                signals
+            }
             _ => return None,
         };
         let (content, _) = text.rsplit_once(' ')?;
@@ -320,8 +325,8 @@ impl Written {
     }
 }
 
-/// The content with its checksum.
-fn sealed(content: &str) -> String {
+/// The content with its checksum: a file is whole if it is exactly that.
+pub(super) fn sealed(content: &str) -> String {
     format!("{content} {:08x}\n", crc32fast::hash(content.as_bytes()))
 }
 
@@ -364,13 +369,13 @@ mod tests {
             .unwrap()
     }
 
-    /// A file as version 3 or 4 wrote it.
+    /// A file as version 3 wrote it.
     #[test]
     fn file_of_before_is_read() {
         let folder = tempfile::tempdir().unwrap();
         let file = AlarmFile::new(folder.path(), 7, "m");
         let identity = file.identity_checksum;
-        for version in ["3", "4"] {
+        for version in ["3", "5"] {
             let content = format!(
                 "tipwatch-alarm {version} {:016x} {identity:08x} fault 1 2026-11-27T10:00:00Z",
                 7
@@ -384,9 +389,29 @@ mod tests {
             }
         }
         // and none of a later version
-        let content = format!("tipwatch-alarm 5 {:016x} {identity:08x} none 0 - -", 7);
+        let content = format!("tipwatch-alarm 6 {:016x} {identity:08x} none 0 - -", 7);
         fs::write(file.path(), sealed(&content)).unwrap();
         assert!(file.read().is_err());
+    }
+
+    /// Version 4 marks a joint that was contradicted as stopped by a velocity of -1, and keeps no sign of other velocities.
+    // requirement: TW-VERDICT-31
+    #[test]
+    fn doubts_of_version_4_are_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = AlarmFile::new(folder.path(), 7, "m");
+        let since = "2026-11-27T10:00:00Z";
+        let content = format!(
+            "tipwatch-alarm 4 {:016x} {:08x} none 0 - joint.slew=0~-1@{since},joint.lift=0~0.3@{since},joint.tilt=1.5~0.02@{since}",
+            7, file.identity_checksum
+        );
+        fs::write(file.path(), sealed(&content)).unwrap();
+        let kept = file.read().unwrap();
+        let moved: Vec<f64> = kept.doubted.iter().map(|it| it.moved).collect();
+        assert_eq!(moved, [f64::INFINITY, 0.3, 0.02]);
+        // as it is written again
+        file.write(&kept).unwrap();
+        assert_eq!(file.read().unwrap(), kept);
     }
 
     /// Nobody knows when it was: it counts as of now, so that only a drive from now on can be later.

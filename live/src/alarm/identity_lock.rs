@@ -93,6 +93,26 @@ fn write(file: &mut File, identity: &str) -> io::Result<()> {
 /// monitored now are other machines.
 pub(super) fn once_numbered(folder: &Path, name: &str) -> Vec<String> {
     let beginning = format!("{name:?} \"");
+    let mut found = not_monitored(folder);
+    found.retain(|identity| identity.starts_with(&beginning));
+    found
+}
+
+/// The other identities with the same serial number as this one, of a machine of this name: it was renamed. The same holds of
+/// those that are monitored now.
+pub(super) fn once_named(folder: &Path, identity: &str, name: &str) -> Vec<String> {
+    let Some(serial) = identity.strip_prefix(&format!("{name:?}")) else {
+        return Vec::new();
+    };
+    let is_renamed =
+        |other: &String| other != identity && other.starts_with('"') && other.ends_with(serial);
+    let mut found = not_monitored(folder);
+    found.retain(is_renamed);
+    found
+}
+
+/// The identities of the machines that have been monitored with this folder, and are not now.
+fn not_monitored(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let is_lock = |path: &PathBuf| {
         path.extension()
@@ -103,9 +123,8 @@ pub(super) fn once_numbered(folder: &Path, name: &str) -> Vec<String> {
         .map(|entry| entry.path())
         .filter(is_lock)
         .filter(is_free);
-    let identities = paths.filter_map(|path| fs::read_to_string(path).ok());
-    identities
-        .filter(|identity| identity.starts_with(&beginning))
+    paths
+        .filter_map(|path| fs::read_to_string(path).ok())
         .collect()
 }
 
@@ -138,10 +157,13 @@ mod tests {
         let taken = ["\"m\" \"7\"", "\"m\" \"8\"", "\"m 2\" \"7\"", "m"]
             .map(|identity| (identity, IdentityLock::take(folder, identity).unwrap()));
         assert!(once_numbered(folder, "m").is_empty(), "they run");
+        assert!(once_named(folder, "\"new\" \"7\"", "new").is_empty());
         drop(taken);
         let mut found = once_numbered(folder, "m");
         found.sort();
         assert_eq!(found, ["\"m\" \"7\"", "\"m\" \"8\""]);
         assert!(once_numbered(&folder.join("none"), "m").is_empty());
+        assert_eq!(once_named(folder, "\"m\" \"7\"", "m"), ["\"m 2\" \"7\""]);
+        assert!(once_named(folder, "\"new\" \"77\"", "new").is_empty());
     }
 }

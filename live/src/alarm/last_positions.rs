@@ -12,6 +12,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use super::file::sealed;
 use crate::system::clock::{monotonic_ns, unix_ns};
 use crate::wire::topics::MAX_JOINTS;
 
@@ -79,19 +80,18 @@ impl LastPositions {
             Some(format!("{joint}={position}@{host_ns}"))
         });
         let joints: Vec<String> = joints.collect();
-        let content = format!(
+        sealed(&format!(
             "{BEGINNING} {machine_hash:016x} {boot} {} {session:016x} {} {}",
             elsewhere_ns(),
             u8::from(*is_replay),
             joints.join(",")
-        );
-        format!("{content} {:08x}\n", crc32fast::hash(content.as_bytes()))
+        ))
     }
 
     /// `None` if it is damaged, of another machine or of another boot.
     fn parse(text: &str, machine_hash: u64) -> Option<Self> {
-        let (content, checksum) = text.strip_suffix('\n')?.rsplit_once(' ')?;
-        let is_whole = checksum == format!("{:08x}", crc32fast::hash(content.as_bytes()));
+        let (content, _) = text.rsplit_once(' ')?;
+        let is_whole = sealed(content) == text;
         let rest = content.strip_prefix(BEGINNING).filter(|_| is_whole)?;
         let words: Vec<&str> = rest.split_whitespace().collect();
         let [

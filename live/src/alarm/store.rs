@@ -12,16 +12,14 @@ use tipwatch_mechanics::verdict::{Latch, Level};
 
 use super::doubted::DoubtedSignals;
 use super::exchange::Exchange;
-use super::file::{AlarmFile, Kept};
-use super::identity_lock::{IdentityLock, once_numbered};
+use super::file::{AlarmFile, Kept, Predecessor, checksum_of};
+use super::identity_lock::{IdentityLock, once_named, once_numbered};
 use super::last_positions::LastPositions;
 use crate::safety_limits::ALARM_SAVE_NS;
 use crate::system::clock::monotonic_ns;
 use crate::system::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Period at which the thread looks for a changed alarm.
-const LOOK_PERIOD: Duration = Duration::from_millis(2);
-/// Period at which the thread checks that the file is still there, and retries after a failure.
+/// Period at which the thread checks that the file is still there, and retries after a failure. A changed alarm wakes it.
 const CHECK_PERIOD: Duration = Duration::from_secs(1);
 
 /// Data that the loop and the writing thread share: the state to write with its number, and the last positions.
@@ -59,9 +57,9 @@ pub struct AlarmStore {
 
 impl AlarmStore {
     /// Opens the store of the machine with this hash and identity; `unnumbered` is what that was before its machine file stated a
-    /// serial number, if it states one; one that states none takes over what its name had with a serial number. Returns what is on
-    /// the disk, also of its files of before. A file
-    /// that cannot be read counts as a latched fault. If the folder cannot be written, [`Self::is_unsaved`] tells.
+    /// serial number, if it states one; one that states none takes over what its name had with a serial number, and one that does
+    /// what that had under another name. Returns what is on the disk, also of its files of before. A file that cannot be read counts
+    /// as a latched fault. If the folder cannot be written, [`Self::is_unsaved`] tells.
     ///
     /// # Errors
     /// Another monitor of the machine has the folder, or no thread can be started.
@@ -72,10 +70,16 @@ impl AlarmStore {
         unnumbered: Option<&str>,
     ) -> Result<(Self, Kept)> {
         let lock = IdentityLock::take(folder, identity)?;
-        let before = match unnumbered {
-            Some(name) => vec![name.to_owned()],
+        let mut before = match unnumbered {
+            Some(name) => once_named(folder, identity, name),
             None => once_numbered(folder, identity),
         };
+        // of several with a serial number nobody knows which this one was: each keeps its own. Those with its number are this one.
+        let keeps_its_own = match (unnumbered, before.as_slice()) {
+            (None, several @ [_, _, ..]) => several.iter().map(|it| checksum_of(it)).collect(),
+            _ => Vec::new(),
+        };
+        before.extend(unnumbered.map(str::to_owned));
         let file = AlarmFile::new(folder, machine_hash, identity).once(&before);
         let fault = Kept::alarm(Latch::raised(Level::Fault));
         let predecessors = file.predecessors();
@@ -119,10 +123,9 @@ impl AlarmStore {
         // the first write shows whether the folder can be written
         let exchange = &shared.exchange;
         exchange.save(&mut |_, had_failed| write(&file, &kept, had_failed));
-        // of several with a serial number nobody knows which this one was: each keeps its own
-        let is_one = unnumbered.is_some() || before.len() <= 1;
-        if is_one && !exchange.has_failed() {
-            for before in &predecessors {
+        if !exchange.has_failed() {
+            let is_over = |it: &&Predecessor| !keeps_its_own.contains(&it.file.identity_checksum);
+            for before in predecessors.iter().filter(is_over) {
                 // if this fails it is taken over once more
                 let _ = before.file.write(&Kept::default());
             }
@@ -159,8 +162,17 @@ impl AlarmStore {
             && let Ok(mut slot) = self.shared.kept.try_lock()
         {
             *slot = self.wanted;
+            drop(slot);
             self.is_handed_over = true;
             self.shared.exchange.want(self.number);
+            self.wake();
+        }
+    }
+
+    /// Wakes the thread. It does not wait.
+    fn wake(&self) {
+        if let Some(thread) = &self.thread {
+            thread.thread().unpark();
         }
     }
 
@@ -194,6 +206,7 @@ impl Drop for AlarmStore {
             self.shared.exchange.want(self.number);
         }
         self.shared.exchange.end();
+        self.wake();
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }
@@ -205,7 +218,7 @@ fn write_all(shared: &Shared, file: &AlarmFile) {
     let mut checked = Instant::now();
     let mut positions = PositionWriter::new(shared, file);
     let pause = |exchange: &Exchange| {
-        std::thread::sleep(LOOK_PERIOD);
+        std::thread::park_timeout(CHECK_PERIOD.saturating_sub(checked.elapsed()));
         let is_check = checked.elapsed() >= CHECK_PERIOD;
         if is_check {
             checked = Instant::now();
@@ -255,7 +268,7 @@ impl<'s> PositionWriter<'s> {
             return;
         }
         self.written = last;
-        let failed = self.file.write_positions(&last).err();
+        let failed = last.write(&self.file.folder, self.file.machine_hash).err();
         if let Some(error) = failed.as_ref().filter(|_| !self.has_failed) {
             eprintln!(
                 "monitor: {}: cannot save where the joints are: {error}; after a restart they are not compared",
@@ -312,7 +325,7 @@ fn worse(a: Kept, b: Kept) -> Kept {
         |one: &DoubtedSignals, other: &DoubtedSignals, counts: fn(Timestamp, Timestamp) -> bool| {
             let mut signals = DoubtedSignals::default();
             for signal in one.iter() {
-                let same = other.find(&signal.name);
+                let same = other.iter().find(|it| it.is_alike(signal));
                 if same.is_none_or(|same| counts(signal.since, same.since)) {
                     // there was room for it before
                     let _ = signals.push(*signal);
@@ -384,6 +397,55 @@ mod tests {
         drop(store);
         // and back
         assert_eq!(numbered(3, "7").1, danger);
+    }
+
+    /// Nor does whoever renames it: its serial number is the same.
+    // requirement: TW-VERDICT-20
+    #[test]
+    fn alarm_is_taken_over_by_a_machine_that_is_renamed() {
+        let folder = tempfile::tempdir().unwrap();
+        let named = |hash, name: &str| {
+            let identity = format!("{name:?} \"7\"");
+            AlarmStore::open(folder.path(), hash, &identity, Some(name)).unwrap()
+        };
+        let danger = Kept::alarm(Latch::raised(Level::Danger));
+        let (mut store, _) = named(3, "m");
+        store.keep(&danger);
+        // it is monitored: this is another machine
+        assert_eq!(named(4, "new").1, Kept::default());
+        drop(store);
+        let (mut store, kept) = named(5, "new");
+        assert_eq!(kept, danger);
+        // once it is acknowledged and over, no name has it
+        store.keep(&Kept::default());
+        drop(store);
+        for (hash, name) in [(3, "m"), (5, "new")] {
+            assert_eq!(named(hash, name).1, Kept::default());
+        }
+    }
+
+    /// Every name that it has had is its own: what was acknowledged does not come back from one of them.
+    // requirement: TW-VERDICT-20
+    #[test]
+    fn alarm_of_a_machine_that_is_renamed_twice_is_acknowledged_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let named = |name: &str| {
+            let identity = format!("{name:?} \"7\"");
+            let hash = u64::from(name.as_bytes()[0]);
+            AlarmStore::open(folder.path(), hash, &identity, Some(name)).unwrap()
+        };
+        let danger = Kept::alarm(Latch::raised(Level::Danger));
+        drop(named("a"));
+        let (mut store, _) = named("b");
+        store.keep(&danger);
+        drop(store);
+        let (mut store, kept) = named("c");
+        assert_eq!(kept, danger);
+        store.keep(&Kept::default());
+        drop(store);
+        for name in ["c", "a", "b"] {
+            assert_eq!(named(name).1, Kept::default(), "{name}");
+        }
     }
 
     #[test]
@@ -475,6 +537,19 @@ mod tests {
         for (a, b) in [(slew, later), (later, slew)] {
             let merged = worse(Kept::default().doubting(a), Kept::default().doubting(b));
             assert_eq!(merged, Kept::default().doubting(later));
+        }
+        // that it stopped, or that its standstill was contradicted, is no doubt of the same kind
+        for other in [
+            "0~inf@2026-11-27T09",
+            "0~-0.3@2026-11-27T09",
+            "0~0@2026-11-27T11",
+        ] {
+            let other = signal(&format!("joint.slew={other}:00:00Z"));
+            let merged = worse(
+                Kept::default().doubting(slew),
+                Kept::default().doubting(other),
+            );
+            assert_eq!(merged, Kept::default().doubting(slew).doubting(other));
         }
     }
 

@@ -1,7 +1,7 @@
 //! The state estimator behind the guard: the one place that takes the guard's steps, in their order.
 
 use tipwatch_mechanics::Machine;
-use tipwatch_mechanics::estimation::plausibility::{KnownPosition, SignalDoubt};
+use tipwatch_mechanics::estimation::plausibility::{Inherited, KnownPosition, Plausibility};
 use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, RowClock};
 use tipwatch_mechanics::machine::Proofs;
 use tipwatch_mechanics::state::{SampleError, Sensor, Sensors};
@@ -77,16 +77,10 @@ impl CheckedEstimator {
         (self.guard.stamp_ns(now_ns)).is_some_and(|stamp_ns| self.estimator.falls(stamp_ns))
     }
 
-    /// Whether the mounting, a sign, the order or a scale of a sensor was ever contradicted.
+    /// The checks of the samples so far.
     #[must_use]
-    pub fn is_contradicted(&self) -> bool {
-        self.estimator.is_contradicted()
-    }
-
-    /// Whether the mounting, a sign, the order or a scale of a sensor was contradicted in this session.
-    #[must_use]
-    pub fn has_found_contradiction(&self) -> bool {
-        self.estimator.has_found_contradiction()
+    pub fn plausibility(&self) -> &Plausibility {
+        self.estimator.plausibility()
     }
 
     /// Notes that the mounting, a sign, the order or a scale of a sensor was contradicted in a session before.
@@ -94,25 +88,15 @@ impl CheckedEstimator {
         self.estimator.remember_contradiction();
     }
 
-    /// The signals that are doubted since they failed visibly, in this session or before.
-    pub fn doubts(&self) -> impl Iterator<Item = SignalDoubt> {
-        self.estimator.doubts()
-    }
-
-    /// A signal failed visibly in a session before.
-    pub fn remember_doubt(&mut self, doubt: &SignalDoubt) {
-        self.estimator.remember_doubt(doubt);
-    }
-
-    /// A joint was there in a session before.
-    pub fn remember_position(&mut self, at: &KnownPosition) {
-        self.estimator.remember_position(at);
+    /// Takes over doubts and positions from a session before.
+    pub fn inherit(&mut self, from: &Inherited) {
+        self.estimator.inherit(from);
     }
 
     /// Returns the known positions of the joints, each with the time of its measurement (ns), by CLOCK_MONOTONIC; none in an
     /// untimed session.
     pub fn known_positions(&self) -> impl Iterator<Item = (i64, KnownPosition)> {
-        self.estimator.known_positions().filter_map(|at| {
+        self.plausibility().known_positions().filter_map(|at| {
             let measured_ns = self.guard.measured_ns(at.stamp_ns)?;
             Some((measured_ns, at))
         })

@@ -3,6 +3,7 @@
 use tipwatch_mechanics::estimation::support_configuration::{
     GroundGap, GroundSet, doubts_by_measured_loads,
 };
+use tipwatch_mechanics::machine::SupportId;
 use tipwatch_mechanics::state::{Reason, Reasons, State};
 use tipwatch_mechanics::verdict::{LiftOff, LiftOffForecast};
 use tipwatch_mechanics::{Machine, Outcome, Scope, Workspace, evaluate_one};
@@ -107,6 +108,12 @@ impl Ground {
             (why, _) => Err(why.unwrap_or(GroundUnknown::Impossible)),
         };
         message.set_ground(wheels, on);
+    }
+
+    /// The supports on the ground, where they are known.
+    pub(super) fn stands_on(&self) -> Option<&[SupportId]> {
+        let on = self.on.as_ref().filter(|_| self.unknown.is_none())?;
+        Some(on.machine.stands_on())
     }
 
     /// The loads of a row on the supports that are on the ground.

@@ -6,7 +6,7 @@ use anyhow::{Result, anyhow};
 use jiff::Timestamp;
 use tipwatch_binding::{Commissioning, MachineFile, Urdf};
 use tipwatch_mechanics::Machine;
-use tipwatch_mechanics::estimation::plausibility::{KnownPosition, SignalDoubt};
+use tipwatch_mechanics::estimation::plausibility::{Inherited, KnownPosition, SignalDoubt};
 use tipwatch_mechanics::machine::{Commissioned, Proof, Proofs};
 use tipwatch_mechanics::verdict::{
     Conditions, HeldProblems, InputFault, InputFaults, Level, Verdict,
@@ -198,22 +198,23 @@ impl Cycle<'_, '_> {
         let Some(name) = SignalName::of(doubt.signal, machine) else {
             return self.kept.contradicted_at(self.after_the_drive());
         };
-        let before = before.find(&name);
-        // the mean of a specific force goes on changing: what was found first suffices
-        let is_of_kind = |it: &&DoubtedSignal| (it.moved < 0.0) == (doubt.moved < 0.0);
-        let known = before.filter(is_of_kind);
-        let known = known.filter(|it| it.by == doubt.by || doubt.signal == Proof::SpecificForce);
-        if before.is_some() && known.is_none() {
-            let (_, next) = self.outputs.verdicts.next();
-            self.outputs.alarm.fails_again(doubt.signal, next);
-        }
-        let found = || DoubtedSignal {
+        let found = DoubtedSignal {
             name,
             by: doubt.by,
             moved: doubt.moved,
             since: self.after_the_drive(),
         };
-        self.kept.doubting(known.copied().unwrap_or_else(found))
+        // the mean of a specific force goes on changing: what was found first suffices
+        let is_known = |it: &&DoubtedSignal| {
+            let is_off_alike = it.by == doubt.by || doubt.signal == Proof::SpecificForce;
+            it.is_alike(&found) && is_off_alike
+        };
+        let known = before.iter().find(is_known);
+        if known.is_none() && before.iter().any(|it| it.name == name) {
+            let (_, next) = self.outputs.verdicts.next();
+            self.outputs.alarm.fails_again(doubt.signal, next);
+        }
+        self.kept.doubting(known.copied().unwrap_or(found))
     }
 
     /// The signals that a session begins by doubting: those that it measures, and that no commissioning has proven since.
@@ -261,14 +262,15 @@ impl Cycle<'_, '_> {
             ..
         } = *self.outputs;
         let (session, machine, sensors) = open_session(announced, file, urdf, untimed)?;
-        let doubts = self.inherited_doubts(&machine, measured(&sensors));
-        let positions = self.known_positions(&session, measured(&sensors));
+        let inherited = Inherited {
+            doubts: self.inherited_doubts(&machine, measured(&sensors)),
+            positions: self.known_positions(&session, measured(&sensors)),
+        };
         let commissioned = commissioning.map_or(Commissioned::NONE, |commissioning| {
             commissioning.proven(&machine)
         });
         let mut message = WireMachine::new(&machine, session.id)?
-            .doubting(&doubts)
-            .knowing(&positions)
+            .inheriting(&inherited)
             .commissioned(&commissioned);
         if let Some(fingerprint) = fingerprint {
             fingerprint.write_to(&mut message)?;
@@ -283,10 +285,7 @@ impl Cycle<'_, '_> {
         let mut monitor =
             Monitor::new(machine, &sensors, &session, now_ns).commissioned(commissioned);
         monitor.resume(self.kept.latch);
-        doubts
-            .iter()
-            .for_each(|doubt| monitor.remember_doubt(doubt));
-        (positions.iter()).for_each(|at| monitor.remember_position(at));
+        monitor.inherit(&inherited);
         if let Some((time, Some(stands))) = contradicted {
             eprintln!(
                 "monitor: the sensors were contradicted at {time}, and stay doubted: {stands}. Mend them, record a new drive, and \
@@ -531,7 +530,7 @@ fn tell_doubt(signal: &DoubtedSignal, stands: &Stands) {
         moved,
         since,
     } = signal;
-    let failure = match (*by == 0.0, *moved < 0.0) {
+    let failure = match (*by == 0.0, moved.is_infinite()) {
         (true, true) => "been contradicted as stopped by the lean of the platform".into(),
         (true, false) => "not been measured".into(),
         (false, _) => format!("been off by {by}"),

@@ -1,9 +1,11 @@
 //! Verdicts on one session. It does not know where messages come from or go to.
 
 use tipwatch_mechanics::Machine;
-use tipwatch_mechanics::estimation::plausibility::{Excitation, KnownPosition, SignalDoubt};
+use tipwatch_mechanics::estimation::plausibility::{
+    Excitation, Inherited, KnownPosition, SignalDoubt,
+};
 use tipwatch_mechanics::geometry::coordinate::Motion;
-use tipwatch_mechanics::machine::{Commissioned, Proof, Proofs, SessionProofs};
+use tipwatch_mechanics::machine::{Commissioned, Proof, Proofs, SessionProofs, SupportId};
 use tipwatch_mechanics::prediction::PacedPredictor;
 use tipwatch_mechanics::state::Sensors;
 use tipwatch_mechanics::studies::measured_loads::LoadWatch;
@@ -30,6 +32,8 @@ pub struct Monitor {
     predictor: PacedPredictor,
     /// Excitation by the motion of the session: the sensor errors that it would have shown.
     excitation: Excitation,
+    /// Supports whose loads are measured: on these alone, the loads need nothing of the ground.
+    measured_supports: Vec<SupportId>,
     /// Proofs that the loads depend on, and those that a commissioning has given.
     needed: Proofs,
     commissioned: Commissioned,
@@ -73,6 +77,7 @@ impl Monitor {
         message.untimed = u32::from(!input.guard.is_timed());
         Self {
             needed: machine.needed_proofs(sensors),
+            measured_supports: machine.measured_supports(sensors),
             commissioned: Commissioned::NONE,
             session: session.id,
             is_replay: session.total_samples != 0,
@@ -156,16 +161,10 @@ impl Monitor {
         self.message.inherited_acknowledged = latch.is_acknowledged.into();
     }
 
-    /// Whether the mounting, a sign, the order or a scale of a sensor was contradicted, in this session or before.
-    #[must_use]
-    pub fn is_contradicted(&self) -> bool {
-        self.input.is_contradicted()
-    }
-
     /// Whether the mounting, a sign, the order or a scale of a sensor was contradicted in this session.
     #[must_use]
     pub fn has_found_contradiction(&self) -> bool {
-        self.input.has_found_contradiction()
+        self.input.plausibility().has_found_contradiction()
     }
 
     /// Notes that a sensor was contradicted in a session before, and that the machine was not commissioned since.
@@ -176,17 +175,12 @@ impl Monitor {
 
     /// The signals that are doubted since they failed visibly, in this session or before.
     pub fn doubts(&self) -> impl Iterator<Item = SignalDoubt> {
-        self.input.doubts()
+        self.input.plausibility().doubts()
     }
 
-    /// A signal failed visibly in a session before. It is doubted from the first sample on.
-    pub fn remember_doubt(&mut self, doubt: &SignalDoubt) {
-        self.input.remember_doubt(doubt);
-    }
-
-    /// A joint was there in a session before.
-    pub fn remember_position(&mut self, at: &KnownPosition) {
-        self.input.remember_position(at);
+    /// Takes over doubts and positions from a session before: those signals are doubted from the first sample on.
+    pub fn inherit(&mut self, from: &Inherited) {
+        self.input.inherit(from);
     }
 
     /// Returns the known positions of the joints, see [`CheckedEstimator::known_positions`].
@@ -302,8 +296,13 @@ impl Monitor {
     /// it is not known which of them was proven.
     fn unproven(&self, shown: SessionProofs, joints: &[Motion<f64>]) -> Proofs {
         let shared = of_shared_places(self.machine.joints().len());
-        let unproven = shown.unproven(self.needed, self.commissioned.at(joints));
-        unproven.with(self.needed.shared_with(shared))
+        let mut needed = self.needed;
+        let on = self.ground.stands_on();
+        if on.is_some_and(|on| on.iter().all(|id| self.measured_supports.contains(id))) {
+            needed.remove(Proof::Ground);
+        }
+        let unproven = shown.unproven(needed, self.commissioned.at(joints));
+        unproven.with(needed.shared_with(shared))
     }
 
     /// Ends a cycle, after all samples that waited: publishes a verdict that has become worse, and at least
@@ -325,7 +324,9 @@ impl Monitor {
         let counts = self.counts();
         self.message.set_verdict(verdict, conditions, counts);
         self.message.set_alarm(self.latch());
-        let doubted: Proofs = self.input.doubts().map(|doubt| doubt.signal).collect();
+        let doubted: Proofs = (self.input.plausibility().doubts())
+            .map(|doubt| doubt.signal)
+            .collect();
         self.message.doubted = doubted.bits();
         if std::mem::replace(&mut self.alarms, self.judge.alarms()) != self.judge.alarms() {
             self.message.alarm_sequence = ALARM_BEGINS;

@@ -189,16 +189,18 @@ pub fn commission(
         .context("expected a session with samples, found none")?;
     guided.rehash();
     let assessment = guide.finish(&guided)?;
-    write!(stdout(), "\n{}", commissioning_text(&assessment))?;
+    let source = CommissioningSource {
+        name: format!("live session {:016x}", guided.id),
+        sha256: guided.hash.clone(),
+        tipwatch_version: env!("CARGO_PKG_VERSION").into(),
+        made_at: now(),
+        recorded_from_ns: guided.recorded_from_ns(),
+    };
+    let result = Commissioning::new(file, urdf, source, &assessment);
+    let proven = result.proven(&guided.machine);
+    let text = commissioning_text(&assessment, &guided.machine, &proven);
+    write!(stdout(), "\n{text}")?;
     if let Some(path) = out {
-        let source = CommissioningSource {
-            name: format!("live session {:016x}", guided.id),
-            sha256: guided.hash.clone(),
-            tipwatch_version: env!("CARGO_PKG_VERSION").into(),
-            made_at: now(),
-            recorded_from_ns: guided.recorded_from_ns(),
-        };
-        let result = Commissioning::new(file, urdf, source, &assessment);
         std::fs::write(path, result.to_json())
             .with_context(|| format!("{}: cannot be written", path.display()))?;
     }

@@ -376,6 +376,7 @@ mod tests {
     use ratatui::Terminal;
     use ratatui::backend::TestBackend;
     use tipwatch_mechanics::machine::{Proof, Proofs};
+    use tipwatch_mechanics::verdict::InputFaults;
 
     use super::*;
 
@@ -392,7 +393,7 @@ mod tests {
         verdict.otf = verdict.load;
         verdict.standing = 0b11;
         verdict.valid_until_ns = 100;
-        verdict.faults = InputFault::Lost.into_bits();
+        verdict.faults = InputFaults::from(InputFault::Lost).bits();
         View {
             names: Names {
                 machine: "forwarder-7".into(),
@@ -418,16 +419,6 @@ mod tests {
         let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
         terminal.draw(|frame| draw(frame, view)).unwrap();
         terminal.backend().to_string()
-    }
-
-    trait IntoBits {
-        fn into_bits(self) -> u32;
-    }
-
-    impl IntoBits for InputFault {
-        fn into_bits(self) -> u32 {
-            tipwatch_mechanics::verdict::InputFaults::from(self).bits()
-        }
     }
 
     #[test]
@@ -486,7 +477,7 @@ mod tests {
         verdict.basis = Basis::Assumed as u32;
         verdict.standing = 0b1111;
         verdict.unproven = Proofs::ALL.bits();
-        verdict.held_cautions = InputFault::Lost.into_bits();
+        verdict.held_cautions = InputFaults::from(InputFault::Lost).bits();
         let named = |names: [&str; 4]| names.map(String::from).to_vec();
         view.names.wheels = named(["fl", "fr", "rl", "rr"]);
         view.names.joints = named(["slew", "lift", "fold", "reach"]);

@@ -15,7 +15,7 @@ use super::writer::RecordCounts;
 /// Added to the name of a clip that is being written.
 pub(super) const UNFINISHED: &str = "partial";
 /// Name of the record that only a finished clip has.
-const FINISHED_RECORD: &str = "tipwatch_clip";
+pub(super) const FINISHED_RECORD: &str = "tipwatch_clip";
 /// Most triggers that a clip lists.
 pub(super) const MAX_ONSETS: usize = 1000;
 
@@ -144,8 +144,11 @@ fn unfinished(path: &Path) -> PathBuf {
     name.into()
 }
 
+/// End of the name of a clip that was never finished.
+pub(super) const PARTIAL: &str = "_partial.mcap";
+
 /// The name of a clip that was never finished.
 pub(super) fn partial(path: &Path) -> PathBuf {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    path.with_file_name(format!("{stem}_partial.mcap"))
+    path.with_file_name(format!("{stem}{PARTIAL}"))
 }

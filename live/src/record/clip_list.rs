@@ -5,15 +5,22 @@ use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use anyhow::{Result, ensure};
+use mcap::MessageStream;
+use mcap::read::LinearReader;
+use mcap::records::Record;
 use serde::{Deserialize, Serialize};
-use tipwatch_binding::{hash_file, hex};
+use tipwatch_binding::{hash_file, hex, monitor_topic};
 
-use super::clip_file::{FinishedClip, UNFINISHED, partial};
+use super::clip_file::{FINISHED_RECORD, FinishedClip, PARTIAL, UNFINISHED, partial};
 use super::repair::repair;
 use super::retention::recorded_files;
+use super::topics;
 
 /// Name of the list, in the recorder's folder.
 const LIST: &str = "clips.jsonl";
+/// Bytes of the largest clip that is read to describe it. The recorder does so in memory, before it records.
+const MOST_READ: u64 = 256 << 20;
 
 /// A line of the list.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -22,9 +29,10 @@ struct Line {
     file: String,
     sha256: String,
     bytes: u64,
-    /// Whether the recorder finished the clip. An interrupted clip ends before its time.
+    /// Whether the clip has all that was asked for. An interrupted clip ends before its time; one whose recorder joined late, or
+    /// had no room, lacks something before its trigger.
     is_complete: bool,
-    /// The conditions in order, and when each began to be met (ns); empty for a clip that was interrupted.
+    /// The conditions in order, and when each began to be met (ns); the first alone for a clip that was interrupted.
     triggers: Vec<(String, i64)>,
     first_log_time_ns: Option<i64>,
     last_log_time_ns: Option<i64>,
@@ -32,8 +40,8 @@ struct Line {
     verdicts: Option<u64>,
 }
 
-/// Adds a finished clip, and tells of it.
-pub(super) fn add(root: &Path, clip: &FinishedClip) {
+/// Adds a finished clip, and tells of it. One that `is_short` lacks part of what was asked for.
+pub(super) fn add(root: &Path, clip: &FinishedClip, is_short: bool) {
     let counts = &clip.counts;
     let (first_ns, last_ns) = clip.log_span_ns;
     let names: BTreeSet<_> = clip
@@ -59,7 +67,7 @@ pub(super) fn add(root: &Path, clip: &FinishedClip) {
         last_log_time_ns: Some(last_ns),
         samples: Some(counts.samples),
         verdicts: Some(counts.verdicts),
-        ..blank(true)
+        ..blank(!is_short)
     };
     list(root, &clip.path, line);
 }
@@ -74,7 +82,7 @@ pub(super) fn adopt_all(root: &Path) {
                     "record: {}: partial: its recording was interrupted before its end",
                     kept.display()
                 );
-                list(root, &kept, blank(false));
+                list(root, &kept, described(&kept));
             }
             Err(error) => eprintln!("record: {}: cannot close it: {error}", path.display()),
         }
@@ -87,8 +95,7 @@ pub(super) fn adopt_all(root: &Path) {
     for path in recorded_files(root) {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         if name.starts_with("clip_") && !listed.contains(&relative(root, &path)) {
-            let is_complete = !name.ends_with("_partial.mcap");
-            list(root, &path, blank(is_complete));
+            list(root, &path, described(&path));
         }
     }
 }
@@ -119,6 +126,69 @@ fn unfinished_clips(root: &Path) -> Vec<PathBuf> {
     files
         .filter(|path| path.extension().is_some_and(|e| e == UNFINISHED))
         .collect()
+}
+
+/// The line of a clip that its recorder did not list, by what is in its file. Of one that cannot be read, what is known, and whether
+/// it was finished by its name.
+fn described(path: &Path) -> Line {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let mut line = blank(!name.ends_with(PARTIAL));
+    if let Err(error) = read(path, &mut line) {
+        eprintln!("record: {}: cannot read it: {error:#}", path.display());
+    }
+    line
+}
+
+/// Adds what is in the file of a clip to its line.
+fn read(path: &Path, line: &mut Line) -> Result<()> {
+    let size = std::fs::metadata(path)?.len();
+    ensure!(
+        size <= MOST_READ,
+        "expected at most {} MiB, found {}: it is listed without what is in it",
+        MOST_READ >> 20,
+        size >> 20
+    );
+    let bytes = std::fs::read(path)?;
+    let (mut is_finished, mut is_short) = (false, false);
+    for record in LinearReader::new(&bytes)? {
+        let Record::Metadata(record) = record? else {
+            continue;
+        };
+        let of = |key: &str| record.metadata.get(key);
+        if record.name == FINISHED_RECORD {
+            is_finished = true;
+            let entries = record.metadata.iter();
+            let triggers = entries.filter(|(key, _)| key.starts_with("trigger_"));
+            let triggers = triggers.filter_map(|(_, text)| {
+                let (time, name) = text.split_once(' ')?;
+                Some((name.to_owned(), time.parse::<i64>().ok()?))
+            });
+            line.triggers = triggers.collect();
+        } else if let Some(name) = of("clip_trigger") {
+            is_short = of("clip_missing_s").is_some_and(|missing| missing != "0");
+            line.is_complete &= !is_short;
+            let time = of("clip_trigger_log_time_ns").map(|time| time.parse::<i64>());
+            line.triggers = vec![(name.clone(), time.unwrap_or(Ok(0))?)];
+        }
+    }
+    line.is_complete = is_finished && !is_short;
+    let (mut samples, mut verdicts) = (0, 0);
+    let command = topics::command().name;
+    for message in MessageStream::new(&bytes)? {
+        let message = message?;
+        match message.channel.topic.as_str() {
+            // stands before the clip, from whenever it is
+            monitor_topic::PROGRAM => continue,
+            monitor_topic::GAPS => {}
+            monitor_topic::NAME => verdicts += 1,
+            topic => samples += u64::from(topic != command),
+        }
+        let log_time_ns = i64::try_from(message.log_time)?;
+        line.first_log_time_ns.get_or_insert(log_time_ns);
+        line.last_log_time_ns = line.last_log_time_ns.max(Some(log_time_ns));
+    }
+    (line.samples, line.verdicts) = (Some(samples), Some(verdicts));
+    Ok(())
 }
 
 fn blank(is_complete: bool) -> Line {

@@ -5,12 +5,14 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
+use tipwatch_binding::monitor_topic;
+
 use super::clip_list::adopt_all;
 use super::clip_writer::{ClipOptions, ClipWriter};
 use super::pending::{Encoded, Kind, Pending};
 use super::retention::Retention;
 use super::segment::{Channels, Preamble};
-use super::topics;
+use super::topics::{self, Topic};
 use super::trigger::Trigger;
 use super::writer::{Plan, RecordCounts};
 
@@ -34,7 +36,10 @@ fn plan(root: &Path) -> Plan {
         preamble: Preamble {
             topics: vec![
                 topics::odometry(),
-                topics::imu(),
+                Topic {
+                    name: monitor_topic::NAME.into(),
+                    ..topics::imu()
+                },
                 topics::command(),
                 topics::gap(),
                 topics::program(),
@@ -258,7 +263,45 @@ fn recorder_that_joins_during_an_alarm_tells_what_is_missing() {
             (1, is_short),
             "{joins} {trigger}"
         );
+        let listed = lines(root.path());
+        assert_eq!(listed[0]["is_complete"], is_short == 0);
+        // the next recorder finds the same in the file
+        std::fs::remove_file(root.path().join("clips.jsonl")).unwrap();
+        adopt_all(root.path());
+        assert_eq!(lines(root.path()), listed);
     }
+}
+
+/// One damaged chunk of a finished clip does not make it an interrupted one, and takes no trigger from it.
+#[test]
+fn finished_clip_with_a_damaged_chunk_is_listed_as_finished() {
+    let root = tempfile::tempdir().unwrap();
+    let mut black_box = BlackBox::new(root.path(), options());
+    black_box.run(200, &[100], 50);
+    black_box.end();
+    let mut expected = lines(root.path());
+    let path = &clips(root.path())[0];
+    let mut bytes = std::fs::read(path).unwrap();
+    let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
+    let chunk = &summary.chunk_indexes[0];
+    bytes[(chunk.chunk_start_offset + chunk.chunk_length) as usize - 1] ^= 1;
+    std::fs::write(path, &bytes).unwrap();
+    std::fs::remove_file(root.path().join("clips.jsonl")).unwrap();
+    adopt_all(root.path());
+    let found = &lines(root.path())[0];
+    assert_ne!(found["sha256"], expected[0]["sha256"]);
+    assert!(found["samples"].is_null());
+    // the rest is as it was
+    for key in [
+        "sha256",
+        "samples",
+        "verdicts",
+        "first_log_time_ns",
+        "last_log_time_ns",
+    ] {
+        expected[0][key] = found[key].clone();
+    }
+    assert_eq!(*found, expected[0]);
 }
 
 /// Where no file can be created, every message of the clip counts as lost, and the recorder goes on.
@@ -325,6 +368,17 @@ fn kill_leaves_finished_clips_and_a_partial_one() {
             let (first, last, _) = steps(path);
             assert!((70..=170).contains(&first) && last <= killed, "{killed}");
             assert_eq!(metadata(path, "tipwatch_clip"), None);
+            let name = path.file_name().unwrap().to_string_lossy().into_owned();
+            let listed = lines(root.path());
+            let is_it = |line: &&serde_json::Value| line["file"] == format!("session/{name}");
+            let line = listed.iter().find(is_it).unwrap();
+            let log_time_ns = |step: u32| i64::from(step) * STEP_NS + 1000 * SECOND_NS;
+            let trigger = if killed > 200 { 200 } else { 100 };
+            let triggers = serde_json::json!([["warning", log_time_ns(trigger)]]);
+            assert_eq!(line["triggers"], triggers);
+            assert_eq!(line["first_log_time_ns"], log_time_ns(first));
+            assert_eq!(line["last_log_time_ns"], log_time_ns(last));
+            assert_eq!(line["samples"], last - first + 1);
         }
         let listed = if found.is_empty() {
             Vec::new()

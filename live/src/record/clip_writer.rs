@@ -374,6 +374,7 @@ impl ClipWriter {
     fn finish_file(&mut self) -> Option<PathBuf> {
         let clip = self.clip.take()?;
         let (name, counts) = (clip.path().to_owned(), clip.counts);
+        let is_short = self.wanted.as_ref().is_some_and(|wanted| wanted.is_short);
         let wanted = self.wanted.as_mut();
         let onsets = wanted.map(|wanted| std::mem::take(&mut wanted.onsets));
         let listed = clip.finish(onsets.unwrap_or_default());
@@ -381,7 +382,7 @@ impl ClipWriter {
             Ok(clip) => {
                 self.counts.add(&counts);
                 self.counts.clips += 1;
-                clip_list::add(&self.plan.retention.root(), &clip);
+                clip_list::add(&self.plan.retention.root(), &clip, is_short);
                 self.plan.retention.apply();
                 Some(clip.path)
             }

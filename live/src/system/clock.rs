@@ -20,14 +20,26 @@ impl Clock for Monotonic {
 
 /// The current time (ns) of CLOCK_MONOTONIC, which is never set back.
 #[must_use]
-#[allow(unsafe_code, reason = "the standard library hides this clock's value")]
 pub fn monotonic_ns() -> i64 {
+    clock_ns(libc::CLOCK_MONOTONIC)
+}
+
+/// The processor time (ns) that this thread has taken so far.
+pub(crate) fn of_thread_ns() -> i64 {
+    clock_ns(libc::CLOCK_THREAD_CPUTIME_ID)
+}
+
+#[allow(
+    unsafe_code,
+    reason = "the standard library hides the values of these clocks"
+)]
+fn clock_ns(clock: libc::clockid_t) -> i64 {
     let mut now = libc::timespec {
         tv_sec: 0,
         tv_nsec: 0,
     };
     // SAFETY: `now` is valid for writes.
-    unsafe { libc::clock_gettime(libc::CLOCK_MONOTONIC, &raw mut now) };
+    unsafe { libc::clock_gettime(clock, &raw mut now) };
     now.tv_sec
         .saturating_mul(1_000_000_000)
         .saturating_add(now.tv_nsec)

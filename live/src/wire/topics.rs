@@ -172,7 +172,7 @@ wire! {
 
 wire! {
     /// What a reader of verdicts must know about the machine, and about the monitor that computes them.
-    "tipwatch.Machine.v6"
+    "tipwatch.Machine.v7"
     pub struct WireMachine {
         /// The session that the monitor follows.
         pub session: u64,
@@ -206,8 +206,8 @@ wire! {
         pub doubted_signals: [u32; MAX_JOINTS],
         /// By how much each is off (rad, m, m/s2), as far as was seen; 0 of a joint that stopped to be measured.
         pub doubted_by: [f64; MAX_JOINTS],
-        /// What of that may be motion (same unit). Of a joint that stopped to be measured: how fast it moved then (rad/s, m/s); less
-        /// than 0 if it was contradicted as stopped, and is measured again.
+        /// What of that may be motion (same unit). Of a joint that stopped to be measured: its velocity then (rad/s, m/s). Infinite
+        /// where the lean of the platform has contradicted that the joint stood still; it may have another doubt beside that.
         pub doubted_moved: [f64; MAX_JOINTS],
         /// Which joints of the machine these are.
         pub known_joints: [u32; MAX_JOINTS],

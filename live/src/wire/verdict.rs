@@ -1,7 +1,7 @@
 //! Verdicts: conversion between the monitor and the wire.
 
 use anyhow::Result;
-use tipwatch_mechanics::estimation::plausibility::{KnownPosition, SignalDoubt};
+use tipwatch_mechanics::estimation::plausibility::Inherited;
 use tipwatch_mechanics::estimation::support_configuration::GroundGap;
 use tipwatch_mechanics::machine::{Commissioned, Proofs};
 use tipwatch_mechanics::prediction::{Law, PredictedNumber, Prediction, PredictionGap};
@@ -449,14 +449,21 @@ impl WireMachine {
 }
 
 impl WireMachine {
-    /// Adds the signals that the session begins by doubting.
+    /// Adds the signals that the session begins by doubting, and the positions with which its first ones are compared.
     #[must_use]
-    pub fn doubting(mut self, doubts: &[SignalDoubt]) -> Self {
+    pub fn inheriting(mut self, from: &Inherited) -> Self {
+        let Inherited { doubts, positions } = from;
         self.doubted_count = doubts.len().min(MAX_JOINTS) as u32;
         for (place, doubt) in doubts.iter().take(MAX_JOINTS).enumerate() {
             self.doubted_signals[place] = doubt.signal.number();
             self.doubted_by[place] = doubt.by;
             self.doubted_moved[place] = doubt.moved;
+        }
+        self.known_count = positions.len().min(MAX_JOINTS) as u32;
+        for (place, at) in positions.iter().take(MAX_JOINTS).enumerate() {
+            self.known_joints[place] = at.joint as u32;
+            self.known_stamps_us[place] = (at.stamp_ns / 1000) as f64;
+            self.known_positions[place] = at.position;
         }
         self
     }
@@ -470,18 +477,6 @@ impl WireMachine {
             .zip(&mut self.commissioned_to);
         for (joint, (from, to)) in ends.enumerate() {
             [*from, *to] = commissioned.range(joint).unwrap_or([f64::NAN; 2]);
-        }
-        self
-    }
-
-    /// Adds the positions of a session before, with which the first ones are compared.
-    #[must_use]
-    pub fn knowing(mut self, positions: &[KnownPosition]) -> Self {
-        self.known_count = positions.len().min(MAX_JOINTS) as u32;
-        for (place, at) in positions.iter().take(MAX_JOINTS).enumerate() {
-            self.known_joints[place] = at.joint as u32;
-            self.known_stamps_us[place] = (at.stamp_ns / 1000) as f64;
-            self.known_positions[place] = at.position;
         }
         self
     }

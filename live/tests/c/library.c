@@ -6,6 +6,7 @@
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include "tipwatch_client_library.h"
@@ -22,11 +23,13 @@ static struct tipwatch_session session;
 static struct tipwatch_sample sample, taken_sample;
 static struct tipwatch_acknowledge acknowledge, taken;
 
-/* The number of the first check that another thread finds wrong; 0 if none. */
+/* The number of the first check that another thread, or a child, finds wrong; 0 if none. */
 static int foreign(struct tipwatch_client *client)
 {
     EXPECT(tipwatch_client_send(client, TIPWATCH_ACKNOWLEDGE_SERVICE, &acknowledge, sizeof acknowledge) ==
            TIPWATCH_CLIENT_THREAD);
+    EXPECT(tipwatch_client_receive(client, TIPWATCH_ACKNOWLEDGE_SERVICE, &taken, sizeof taken) == TIPWATCH_CLIENT_THREAD);
+    EXPECT(tipwatch_client_wait(client, TIPWATCH_SAMPLE_SERVICE, 0) == TIPWATCH_CLIENT_THREAD);
     EXPECT(tipwatch_client_close(client) == TIPWATCH_CLIENT_THREAD);
     EXPECT(strlen(tipwatch_client_error(client)) > 0);
     EXPECT(tipwatch_client_now_ns(client) > 0);
@@ -66,6 +69,8 @@ static int refuses_to_open(const char *prefix)
     EXPECT(strlen(cut) == 4 && strncmp(error, cut, 4) == 0 && cut[5] == 'x');
     EXPECT(!tipwatch_client_open(TIPWATCH_CONTRACT, NULL, "not/a/name", error, sizeof error));
     EXPECT(strstr(error, "not/a/name"));
+    EXPECT(!tipwatch_client_open(TIPWATCH_CONTRACT, "", prefix, error, sizeof error));
+    EXPECT(strstr(error, "service"));
     EXPECT(!tipwatch_client_open(TIPWATCH_CONTRACT, "\xff", prefix, error, sizeof error));
     EXPECT(!tipwatch_client_open(TIPWATCH_CONTRACT, "\xff", prefix, NULL, 0));
     EXPECT(!tipwatch_client_open(TIPWATCH_CONTRACT, "\xff", prefix, cut, 0));
@@ -152,7 +157,9 @@ int main(int count, char **arguments)
 {
     struct tipwatch_client *client, *other;
     pthread_t running;
+    pid_t child;
     void *wrong;
+    int status;
     char error[1024];
     int64_t before;
     EXPECT(count == 2);
@@ -166,6 +173,14 @@ int main(int count, char **arguments)
     before = tipwatch_client_now_ns(NULL);
     EXPECT(before > 0 && tipwatch_client_now_ns(client) >= before);
     EXPECT(pthread_create(&running, NULL, thread, client) == 0 && pthread_join(running, &wrong) == 0 && !wrong);
+    child = fork();
+    if (child == 0)
+        _exit(foreign(client) || foreign(other));
+    EXPECT(child > 0 && waitpid(child, &status, 0) == child && status == 0);
+    /* the parent's place is still taken, and its client works */
+    EXPECT(tipwatch_client_send(other, TIPWATCH_SAMPLE_SERVICE, &taken_sample, sizeof taken_sample) ==
+           TIPWATCH_CLIENT_SHARED_MEMORY);
+    EXPECT(tipwatch_client_send(client, TIPWATCH_SAMPLE_SERVICE, &taken_sample, sizeof taken_sample) == 0);
     EXPECT(tipwatch_client_close(client) == 0 && tipwatch_client_close(other) == 0 && tipwatch_client_close(NULL) == 0);
     EXPECT(is_closed(client) == 0 && is_closed(other) == 0);
     other = tipwatch_client_open(TIPWATCH_CONTRACT, NULL, arguments[1], NULL, 0);

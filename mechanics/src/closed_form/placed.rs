@@ -4,13 +4,12 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::{ClosedFormError, Platform, PlatformParts, PlatformPose};
 use crate::dynamics::composite::{Composite, InertialParameters};
-use crate::dynamics::kinematics::{self, BodyMotion};
+use crate::dynamics::kinematics::{BodyMotion, RestingBodies};
 use crate::geometry::contact_plane::ContactPlane;
-use crate::geometry::coordinate::{Coordinate, Motion};
 use crate::geometry::spatial::rotate;
 use crate::machine::Machine;
 use crate::number::Real;
-use crate::state::State;
+use crate::state::resting_state;
 
 /// Deviation of the wheels from the model's rectangle allowed, as a fraction of wheelbase or track.
 const OFF_RECTANGLE_SHARE: f64 = 0.02;
@@ -190,20 +189,12 @@ fn posture(
     if expected != found {
         return Err(ClosedFormError::JointPositions { expected, found });
     }
-    let mut state = State::<f64>::zero(machine);
-    for (motion, &position) in state.joints.iter_mut().zip(joint_positions) {
-        *motion = Motion::at_rest(position);
-    }
-    let mut coordinates = vec![Coordinate::slid(0.0, 0.0, 0.0); machine.bodies.len()];
-    let closure = kinematics::coordinates(machine, &state, &mut coordinates);
+    let state = resting_state(machine, joint_positions);
+    let mut placed = RestingBodies::new(machine);
+    let closure = placed.place(machine, &state);
     let finite = joint_positions.iter().all(|position| position.is_finite());
     if !(finite && closure >= 0.0) {
         return Err(ClosedFormError::Posture);
     }
-    let zero = Vector3::zeros();
-    let mut motions = vec![BodyMotion::base(zero, zero, zero); machine.bodies.len()];
-    for (i, body) in machine.bodies.iter().enumerate().skip(1) {
-        motions[i] = motions[body.parent].carry(body, &coordinates[i]);
-    }
-    Ok(motions)
+    Ok(placed.motions)
 }

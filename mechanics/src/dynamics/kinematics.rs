@@ -182,6 +182,35 @@ pub fn coordinates<T: Real>(
     coordinates_by(machine, state, coordinates, solve)
 }
 
+/// The bodies of a machine, placed without motion.
+#[derive(Debug, Clone)]
+pub struct RestingBodies {
+    coordinates: Vec<Coordinate<f64>>,
+    /// By body.
+    pub motions: Vec<BodyMotion<f64>>,
+}
+
+impl RestingBodies {
+    /// Room for the bodies of this machine.
+    #[must_use]
+    pub fn new(machine: &Machine) -> Self {
+        let rest = BodyMotion::base(zero(), zero(), zero());
+        Self {
+            coordinates: vec![Coordinate::slid(0.0, 0.0, 0.0); machine.bodies.len()],
+            motions: vec![rest; machine.bodies.len()],
+        }
+    }
+
+    /// Places the bodies with the joints of a state; returns the smallest closure of the linkages, see [`coordinates`].
+    pub fn place(&mut self, machine: &Machine, state: &State<f64>) -> f64 {
+        let closure = coordinates(machine, state, &mut self.coordinates);
+        for (i, body) in machine.bodies.iter().enumerate().skip(1) {
+            self.motions[i] = self.motions[body.parent].carry_at_rest(body, &self.coordinates[i]);
+        }
+        closure
+    }
+}
+
 /// Computes the coordinates as [`coordinates`] does, with the motion of each linkage's joints from `solve`.
 pub(crate) fn coordinates_by<T: Real>(
     machine: &Machine,

@@ -10,9 +10,7 @@ use super::rows::{Estimate, RowClock, regular_index, regular_row};
 use super::shown_noise::ShownNoise;
 use super::state_builder::{Filters, StateBuilder};
 use super::white_jerk::{Channel, seconds};
-use crate::estimation::plausibility::{
-    Finding, KnownPosition, Plausibility, RowEffect, SignalDoubt,
-};
+use crate::estimation::plausibility::{Finding, Inherited, Plausibility, RowEffect};
 use crate::estimation::support_configuration::SupportWatch;
 use crate::machine::{Machine, PayloadQuantity, Proofs};
 use crate::state::{
@@ -169,54 +167,26 @@ impl CausalEstimator {
         self.rotation.falls(now_ns)
     }
 
-    /// Whether the mounting, a sign, the order or a scale of a sensor was ever contradicted. All rows are doubted since then.
+    /// The checks of the samples so far: contradictions, doubts and positions of the joints.
     #[must_use]
-    pub fn is_contradicted(&self) -> bool {
-        self.plausibility.is_contradicted()
+    pub fn plausibility(&self) -> &Plausibility {
+        &self.plausibility
     }
 
-    /// Whether it was contradicted by the samples that were taken.
-    #[must_use]
-    pub fn has_found_contradiction(&self) -> bool {
-        self.plausibility.has_found_contradiction()
-    }
-
-    /// It was contradicted in a session before, and the machine was not commissioned since.
+    /// A sensor was contradicted in a session before, and the machine was not commissioned since.
     pub fn remember_contradiction(&mut self) {
         self.plausibility.remember_contradiction();
     }
 
-    /// The signals that are doubted since they failed visibly, in this session or before.
-    pub fn doubts(&self) -> impl Iterator<Item = SignalDoubt> {
-        self.plausibility.doubts()
-    }
-
-    /// A signal failed visibly in a session before.
-    pub fn remember_doubt(&mut self, doubt: &SignalDoubt) {
-        self.plausibility.remember_doubt(doubt);
-    }
-
-    /// A joint was there in a session before; see [`Plausibility::remember_position`].
-    pub fn remember_position(&mut self, at: &KnownPosition) {
-        self.plausibility.remember_position(at);
-    }
-
-    /// Where the joints are; see [`Plausibility::known_positions`].
-    pub fn known_positions(&self) -> impl Iterator<Item = KnownPosition> {
-        self.plausibility.known_positions()
+    /// Takes over from a session before, see [`Plausibility::inherit`].
+    pub fn inherit(&mut self, from: &Inherited) {
+        self.plausibility.inherit(from);
     }
 
     /// A person trusts these signals as they are now: rows do not doubt them from the next samples on. Returns those that are trusted,
     /// see [`Plausibility::trust`].
     pub fn trust(&mut self, signals: Proofs) -> Proofs {
         self.plausibility.trust(signals)
-    }
-
-    /// The probability that each joint of the arm has the other sign, by index, as the samples so far show it; none where
-    /// nothing compares them.
-    #[must_use]
-    pub fn reversed(&self) -> Vec<(usize, f64)> {
-        self.plausibility.reversed()
     }
 
     /// The last row emitted.

@@ -367,29 +367,33 @@ pub fn ground_wrenches(
     workspace: &mut BatchWorkspace,
 ) -> Vec<Wrench<f64>> {
     of_rows(states, rows, workspace, |state, workspace| {
-        let wrench = ground_wrench(machine, state, workspace);
-        let force = wrench.force.map(Lanes::to_array);
-        let moment = wrench.moment.map(Lanes::to_array);
-        std::array::from_fn(|lane| Wrench {
-            force: force.map(|of_lanes| of_lanes[lane]),
-            moment: moment.map(|of_lanes| of_lanes[lane]),
-        })
+        in_lanes(&ground_wrench(machine, state, workspace))
     })
 }
 
-/// The force that the ground exerts in each of `rows` (N), and the unit normal of the plane through the contact points, which
+/// The wrench that the ground exerts in each of `rows`, and the unit normal of the plane through the contact points, which
 /// points up; both in base axes.
 pub fn ground_forces(
     machine: &Machine,
     states: &StateColumns,
     rows: Range<usize>,
     workspace: &mut BatchWorkspace,
-) -> Vec<[Vector3<f64>; 2]> {
+) -> Vec<(Wrench<f64>, Vector3<f64>)> {
     of_rows(states, rows, workspace, |state, workspace| {
         let outcome = evaluate(machine, state, workspace);
-        let force = outcome.ground_wrench.force.map(Lanes::to_array);
+        let wrench = in_lanes(&outcome.ground_wrench);
         let normal = outcome.contact_normal.map(Lanes::to_array);
-        std::array::from_fn(|lane| [force, normal].map(|it| it.map(|of_lanes| of_lanes[lane])))
+        std::array::from_fn(|lane| (wrench[lane], normal.map(|of_lanes| of_lanes[lane])))
+    })
+}
+
+/// The wrench of each lane.
+fn in_lanes(wrench: &Wrench<Lanes>) -> [Wrench<f64>; Lanes::COUNT] {
+    let force = wrench.force.map(Lanes::to_array);
+    let moment = wrench.moment.map(Lanes::to_array);
+    std::array::from_fn(|lane| Wrench {
+        force: force.map(|of_lanes| of_lanes[lane]),
+        moment: moment.map(|of_lanes| of_lanes[lane]),
     })
 }
 

@@ -20,6 +20,7 @@ use crate::number::Real;
 use crate::state::State;
 use crate::wheel_loads::{
     Actuation, DistalSubtrees, GroundForce, Loads, Standing, SupportConfiguration, distal_wrenches,
+    spin,
 };
 
 /// The support solution that a workspace holds.
@@ -291,6 +292,7 @@ fn stand<T: Real>(
             centres: &w.wheel_centres,
             radii: &w.radii,
             force_per_load: ground.force / computed.normal,
+            spin: spin(ground, plane),
         };
         w.equations.set_free_joints(machine, &distal);
         w.equations

@@ -72,10 +72,10 @@ fn derive<T: Real>(it: &Explained<'_, T>, w: &mut Workspace<T>) {
         tool_wrench: it.tool_wrench,
         centres: &w.wheel_centres,
     };
-    let measured = w.solver.measured_variances(&w.equations);
+    let split = w.solver.split_variances(&w.equations);
     let out = &mut w.outcome;
     let (otf, loads) = (&out.otf, (out.normal_force, &out.load[..]));
-    let sigmas = LoadSigmas::new(it.machine, &w.sigmas, it.state, loads, measured);
+    let sigmas = LoadSigmas::new(it.machine, &w.sigmas, it.state, loads, split);
     let (out, squares) = (&mut out.uncertainty, &mut w.squares);
     w.sensitivity.fill(&motion, &w.adjoints, |derivatives| {
         let load_sigma = sigmas.fill(derivatives, out);

@@ -120,12 +120,11 @@ impl<T: Real> Workspace<T> {
         self.motions[body].point(in_body)
     }
 
-    /// Variance of a weighted sum of the OTF that the measured torques leave (N^2); zero without measured
-    /// torques.
-    pub(crate) fn measured_split_variance(&self, factors: &[T]) -> T {
+    /// Variance of a weighted sum of the OTF that the split leaves: by measured torques, and by side forces (N^2).
+    pub(crate) fn split_variance(&self, factors: &[T]) -> T {
         let mut variance = T::zero();
+        let response = self.solver.otf_response();
         if self.equations.are_measured() {
-            let response = self.solver.otf_response();
             for (i, &a) in factors.iter().enumerate() {
                 for (j, &b) in factors.iter().enumerate() {
                     variance += a * b * response.slack(&self.equations, i, j);
@@ -134,7 +133,11 @@ impl<T: Real> Workspace<T> {
             variance *= self.equations.prior_variance();
             variance += self.equations.variance_by_supports(factors);
         }
-        variance.max(T::zero())
+        let of_row = |row: usize| {
+            let loads = factors.iter().zip(&response.loads[row]);
+            loads.fold(T::zero(), |sum, (&factor, &load)| sum + factor * load)
+        };
+        variance.max(T::zero()) + self.equations.side_variance(of_row)
     }
 
     /// The derivatives from the last evaluation, if its scope includes them.

@@ -4,6 +4,7 @@
 //! ```text
 //!     var N = sum over parameters (dN/dp sigma_p)^2 + sum over signals g' P g + (model share * mean load)^2
 //!             + what the measured torques leave undetermined of the load split, A(3)
+//!             + (sum over free joints of dN/dtorque s)^2, s of side forces by T(14a)
 //! ```
 //! where g are the derivatives with respect to value, velocity and acceleration of a signal, and P is their
 //! covariance from the estimator. Parameters are treated as independent, except for the elements of one
@@ -216,18 +217,18 @@ pub(crate) struct LoadSigmas<'a, T: Real> {
     /// Variance of the model (N^2).
     model: T,
     load: &'a [T],
-    /// Variances of OTF and load that remain of the load split after measured torques (N^2).
-    measured_variances: [[T; MAX_WHEELS]; 2],
+    /// Variances of OTF and load that the load split leaves (N^2).
+    split_variances: [[T; MAX_WHEELS]; 2],
 }
 
 impl<'a, T: Real> LoadSigmas<'a, T> {
-    /// Inputs for the loads `load`, with the variances of OTF and load that remain of the load split after measured torques.
+    /// Inputs for the loads `load`, with the variances of OTF and load that the load split leaves.
     pub(crate) fn new(
         machine: &Machine,
         sigmas: &'a ParameterSigmas,
         state: &'a State<T>,
         (normal_force, load): (T, &'a [T]),
-        measured_variances: [[T; MAX_WHEELS]; 2],
+        split_variances: [[T; MAX_WHEELS]; 2],
     ) -> Self {
         let wheels = machine.wheels.len() as f64;
         let mean_load = normal_force * T::constant(sigmas.model_share / wheels);
@@ -237,7 +238,7 @@ impl<'a, T: Real> LoadSigmas<'a, T> {
             signals: SignalPlaces::of(machine),
             model: mean_load * mean_load,
             load,
-            measured_variances,
+            split_variances,
         }
     }
 
@@ -248,11 +249,11 @@ impl<'a, T: Real> LoadSigmas<'a, T> {
         derivatives: &GroupDerivatives<'_, T::Wheels>,
         out: &mut Uncertainty<T>,
     ) -> T::Wheels {
-        let [otf_measured, load_measured] = &self.measured_variances;
+        let [otf_split, load_split] = &self.split_variances;
         let first = derivatives.group * T::Wheels::COUNT;
-        let otf = self.of(derivatives.otf, &otf_measured[first..]);
+        let otf = self.of(derivatives.otf, &otf_split[first..]);
         let load = derivatives.load;
-        let load = load.map(|load| self.of(load, &load_measured[first..]));
+        let load = load.map(|load| self.of(load, &load_split[first..]));
         for (place, wheel) in (first..self.load.len()).take(T::Wheels::COUNT).enumerate() {
             let otf = otf.wheel(place);
             out.otf[wheel] = otf;
@@ -268,11 +269,11 @@ impl<'a, T: Real> LoadSigmas<'a, T> {
         T::Wheels::of(&out.load[first..])
     }
 
-    fn of(&self, derivatives: &[T::Wheels], measured: &[T]) -> T::Wheels {
+    fn of(&self, derivatives: &[T::Wheels], split: &[T]) -> T::Wheels {
         let variance = self.sigmas.variance(derivatives)
             + self.signals.variance(derivatives, self.state)
             + T::Wheels::each(self.model)
-            + T::Wheels::of(measured);
+            + T::Wheels::of(split);
         variance.sqrt()
     }
 }
@@ -318,6 +319,30 @@ impl SignalPlaces {
         }
     }
 
+    /// Error due to the lag of the signals, with its sign: all that lags belongs to one motion.
+    #[inline(always)]
+    pub(crate) fn behind<T: Real>(&self, derivatives: &[T::Wheels], state: &State<T>) -> T::Wheels {
+        let (covariance, lag) = (&state.noise.joint, &state.lag);
+        let each = T::Wheels::each;
+        let (joints, rest) = derivatives.split_at(3 * self.joints);
+        let [p02, p12, p22] =
+            [covariance.value[2], covariance.first[1], covariance.second].map(each);
+        let is_noisy = T::zero().lt(covariance.second);
+        let precision = T::select(is_noisy, T::one() / covariance.second, T::zero());
+        let mut behind = T::Wheels::constant(0.0);
+        for (by, &lag) in joints.chunks_exact(3).zip(&lag.joints) {
+            let (g0, g1, g2) = (by[0], by[1], by[2]);
+            behind += (g0 * p02 + g1 * p12 + g2 * p22) * each(lag * precision);
+        }
+        for axis in 0..3 {
+            let (f, by_w, by_alpha) = (rest[axis], rest[3 + axis], rest[6 + axis]);
+            behind += f * each(lag.specific_force[axis])
+                + by_w * each(lag.angular_velocity[axis])
+                + by_alpha * each(lag.angular_acceleration[axis]);
+        }
+        behind
+    }
+
     /// Variance due to the noise of the signals and their lag, and the change of that due to the accelerometer's bias where
     /// signals have narrowed it down. All that lags belongs to one motion: its errors add up with their signs.
     pub(crate) fn variance<T: Real>(
@@ -325,7 +350,7 @@ impl SignalPlaces {
         derivatives: &[T::Wheels],
         state: &State<T>,
     ) -> T::Wheels {
-        let (noise, lag) = (&state.noise, &state.lag);
+        let noise = &state.noise;
         let each = T::Wheels::each;
         let two = T::Wheels::constant(2.0);
         let (joints, rest) = derivatives.split_at(3 * self.joints);
@@ -333,12 +358,8 @@ impl SignalPlaces {
         let [p00, p01, p02] = noise.joint.value.map(each);
         let [p11, p12] = noise.joint.first.map(each);
         let p22 = each(noise.joint.second);
-        let is_noisy = T::zero().lt(noise.joint.second);
-        let precision = T::select(is_noisy, T::one() / noise.joint.second, T::zero());
-        let mut behind = T::Wheels::constant(0.0);
-        for (by, &lag) in joints.chunks_exact(3).zip(&lag.joints) {
+        for by in joints.chunks_exact(3) {
             let (g0, g1, g2) = (by[0], by[1], by[2]);
-            behind += (g0 * p02 + g1 * p12 + g2 * p22) * each(lag * precision);
             variance += g0 * g0 * p00
                 + g1 * g1 * p11
                 + g2 * g2 * p22
@@ -348,14 +369,12 @@ impl SignalPlaces {
         let specific_force = each(noise.specific_force);
         for axis in 0..3 {
             let (f, by_w, by_alpha) = (rest[axis], rest[3 + axis], rest[6 + axis]);
-            behind += f * each(lag.specific_force[axis])
-                + by_w * each(lag.angular_velocity[axis])
-                + by_alpha * each(lag.angular_acceleration[axis]);
             variance += f * f * specific_force
                 + by_w * by_w * w
                 + by_alpha * by_alpha * alpha
                 + two * by_w * by_alpha * w_alpha;
         }
+        let behind = self.behind(derivatives, state);
         variance += behind * behind;
         let (x, y, z) = (rest[0], rest[1], rest[2]);
         let [xx, yy, zz, xy, xz, yz] = noise.accelerometer_bias.covariance_change.map(each);

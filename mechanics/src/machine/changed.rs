@@ -6,6 +6,7 @@ use nalgebra::{Matrix3, Translation3, UnitQuaternion, Vector3};
 
 use super::body::link_parts;
 use super::parameter::{Axis, Parameter};
+use super::support_set::share_stiffness;
 use super::{Inertia, LinkGroup, Machine, MassMoments, Mounting, Split, SupportId, Wheel};
 
 impl Machine {
@@ -137,14 +138,7 @@ impl Machine {
         }
         let first = self.wheels[0].radius;
         self.contact.radii_differ = self.wheels.iter().any(|wheel| wheel.radius != first);
-        let stiffness = |wheel: &Wheel| wheel.stiffness;
-        if self.wheels.iter().all(|wheel| wheel.stiffness.is_some()) {
-            let mean =
-                self.wheels.iter().filter_map(stiffness).sum::<f64>() / self.wheels.len() as f64;
-            for wheel in &mut self.wheels {
-                wheel.relative_stiffness = wheel.stiffness.unwrap_or(mean) / mean;
-            }
-        }
+        share_stiffness(&mut self.wheels);
         self.contact.renew_warp(&self.wheels);
     }
 }

@@ -1,6 +1,6 @@
 //! What the loads hang on and what a commissioning or a motion can prove of it: signals, and the ground under the wheels.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use super::checked::Machine;
 use super::parameter::Parameter;
@@ -274,10 +274,10 @@ impl Commissioned {
         covered: Vec::new(),
     };
 
-    /// These proofs, those of joints at positions within these ranges (rad or m), by joint; a joint without one is proven nowhere. Of
-    /// a joint that turns whole turns, positions are the same after one.
+    /// These proofs, those of joints at positions within these ranges (rad or m), by joint; a joint without one, or whose range is
+    /// empty, is not proven. Of a joint that turns whole turns, positions are the same after one.
     #[must_use]
-    pub fn new(machine: &Machine, proofs: Proofs, ranges: Vec<Option<[f64; 2]>>) -> Self {
+    pub fn new(machine: &Machine, mut proofs: Proofs, ranges: Vec<Option<[f64; 2]>>) -> Self {
         let covered = |(joint, range): (usize, Option<[f64; 2]>)| {
             Some(Covered {
                 range: range?,
@@ -285,30 +285,21 @@ impl Commissioned {
                 turns: machine.joint_turns(joint),
             })
         };
-        let joints = ranges.into_iter().take(machine.joints().len());
-        Self {
-            proofs,
-            covered: joints.enumerate().map(covered).collect(),
-        }
-    }
-
-    /// What it has proven, of joints at some positions.
-    #[must_use]
-    pub fn proofs(&self) -> Proofs {
-        self.proofs
-    }
-
-    /// What it has proven of a machine with so many joints, without those that it has proven at no position.
-    #[must_use]
-    pub fn somewhere(&self, joints: usize) -> Proofs {
-        let mut proofs = self.proofs;
-        for joint in 0..joints {
-            let covered = self.covered.get(joint).copied().flatten();
+        let joints = 0..machine.joints().len();
+        let ranges = ranges.into_iter().chain(std::iter::repeat(None));
+        let covered: Vec<Option<Covered>> = joints.zip(ranges).map(covered).collect();
+        for (joint, covered) in covered.iter().enumerate() {
             if !covered.is_some_and(|covered| covered.is_somewhere()) {
                 proofs.remove(Proof::Joint(joint));
             }
         }
-        proofs
+        Self { proofs, covered }
+    }
+
+    /// What it has proven, of joints at some position; see [`Self::at`].
+    #[must_use]
+    pub fn proofs(&self) -> Proofs {
+        self.proofs
     }
 
     /// Where it has proven a joint (rad or m); `None` where it has not, or does not say where.
@@ -317,6 +308,38 @@ impl Commissioned {
         let covered = self.covered.get(joint)?.as_ref()?;
         let is_proven = self.proofs.has(Proof::Joint(joint));
         is_proven.then_some(covered.range)
+    }
+
+    /// Returns the parts of these positions of a joint (rad or m) at which it has not proven the joint.
+    #[must_use]
+    pub fn unproven_within(&self, joint: usize, [least, greatest]: [f64; 2]) -> Vec<[f64; 2]> {
+        let covered = self.covered.get(joint).copied().flatten();
+        let covered = covered.filter(|_| self.proofs.has(Proof::Joint(joint)));
+        let Some(covered) = covered else {
+            return vec![[least, greatest]];
+        };
+        let [from, to] = [
+            covered.range[0] - covered.beyond,
+            covered.range[1] + covered.beyond,
+        ];
+        // of one that turns, a turn is all there is
+        let within = match covered.turns && greatest - least >= TAU {
+            true => [-PI, PI].map(|apart| 0.5 * (from + to) + apart),
+            false => [least, greatest],
+        };
+        let (nearest, turns) = match covered.turns {
+            true => (((within[0] - from) / TAU).round(), -2..=2),
+            false => (0.0, 0..=0),
+        };
+        let mut open = vec![within];
+        for turn in turns {
+            let [from, to] = [from, to].map(|end| end + (nearest + f64::from(turn)) * TAU);
+            let parts = open
+                .iter()
+                .flat_map(|&[a, b]| [[a, b.min(from)], [a.max(to), b]]);
+            open = parts.filter(|[a, b]| a < b).collect();
+        }
+        open
     }
 
     /// What it has proven of the machine with its joints as they are now.
@@ -422,13 +445,15 @@ mod tests {
         assert!(sigma > 0.0 && !machine.joint_turns(slides));
         let mut ranges = vec![None; count];
         ranges[slides] = Some([0.1, 0.6]);
+        // shown in two ways, nowhere in both
+        let other = (0..count).find(|&joint| joint != slides).unwrap();
+        ranges[other] = Some([1e3, -1e3]);
         let all: Proofs = Proof::all(count).collect();
         let proven = Commissioned::new(&machine, all, ranges);
         assert_eq!(proven.range(slides), Some([0.1, 0.6]));
-        let somewhere = proven.somewhere(count);
-        assert!(somewhere.has(Proof::Odometry));
+        assert!(proven.proofs().has(Proof::Odometry));
         for joint in 0..count {
-            assert_eq!(somewhere.has(Proof::Joint(joint)), joint == slides);
+            assert_eq!(proven.proofs().has(Proof::Joint(joint)), joint == slides);
         }
         let is_proven = |position: f64| {
             let mut joints = vec![Motion::at_rest(0.0); count];
@@ -448,6 +473,12 @@ mod tests {
             assert!(!is_proven(outside), "{outside}");
         }
         assert_eq!(Commissioned::NONE.at(&[Motion::at_rest(0.3)]), Proofs::NONE);
+        let open = |within: [f64; 2]| proven.unproven_within(slides, within);
+        let [from, to] = [0.1 - 3.0 * sigma, 0.6 + 3.0 * sigma];
+        assert_eq!(open([-1.0, 1.0]), [[-1.0, from], [to, 1.0]]);
+        assert_eq!(open([0.2, 0.5]), [] as [[f64; 2]; 0]);
+        let other = usize::from(slides == 0);
+        assert_eq!(proven.unproven_within(other, [-1.0, 1.0]), [[-1.0, 1.0]]);
     }
 
     #[test]

@@ -230,7 +230,7 @@ impl Machine {
 
 /// Relative stiffness of some wheels: one where none is stated.
 pub(super) fn share_stiffness(wheels: &mut [Wheel]) {
-    if wheels.iter().any(|wheel| wheel.stiffness.is_none()) {
+    if !Wheel::have_stiffness(wheels) {
         return;
     }
     let sum: f64 = wheels.iter().filter_map(|wheel| wheel.stiffness).sum();

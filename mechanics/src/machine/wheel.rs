@@ -34,6 +34,33 @@ pub struct Wheel {
 }
 
 impl Wheel {
+    /// Deflection of tyres of unknown stiffness under the machine (m).
+    pub const USUAL_SINK: f64 = 0.015;
+
+    /// Whether the machine file states the stiffness of all these wheels.
+    pub(crate) fn have_stiffness(wheels: &[Self]) -> bool {
+        wheels.iter().all(|wheel| wheel.stiffness.is_some())
+    }
+
+    /// Extents of the places of these wheels along and across the machine (m).
+    pub(super) fn extents(wheels: &[Self]) -> [f64; 2] {
+        [0, 1].map(|axis: usize| {
+            let values = || wheels.iter().map(|wheel| wheel.centre_at_zero[axis]);
+            values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
+        })
+    }
+
+    /// Vertical stiffness of each of these wheels (N/m): as stated where it is of all, else that of usual tyres under this weight (N).
+    pub(crate) fn stiffnesses(wheels: &[Self], weight: f64) -> Vec<f64> {
+        let is_stated = Self::have_stiffness(wheels);
+        let usual = weight / (Self::USUAL_SINK * wheels.len() as f64);
+        let stiffness = wheels.iter().map(|wheel| {
+            let stated = wheel.stiffness.filter(|_| is_stated);
+            stated.unwrap_or(usual * wheel.relative_stiffness)
+        });
+        stiffness.collect()
+    }
+
     /// The track that it is a point of.
     #[must_use]
     pub fn track(&self) -> Option<&str> {

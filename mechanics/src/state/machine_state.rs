@@ -149,6 +149,16 @@ impl<T: Real> State<T> {
         }
     }
 
+    /// The state [`Self::zero`] with the joints that never move where they are.
+    #[must_use]
+    pub fn with_constants(machine: &Machine) -> Self {
+        let mut state = Self::zero(machine);
+        for (motion, joint) in state.joints.iter_mut().zip(machine.joints()) {
+            motion.position = T::constant(joint.constant.unwrap_or(0.0));
+        }
+        state
+    }
+
     /// Number of values in a state: the columns of [`StateColumns`](crate::StateColumns).
     #[must_use]
     pub fn size(machine: &Machine) -> usize {
@@ -326,6 +336,24 @@ impl<T: Real> Lag<T> {
         self.angular_velocity = other.angular_velocity;
         self.angular_acceleration = other.angular_acceleration;
     }
+}
+
+impl BaseState<f64> {
+    /// Upward direction in base axes; `None` where the attitude is unknown.
+    #[must_use]
+    pub fn known_up(&self) -> Option<Vector3<f64>> {
+        Some(self.up).filter(|up| up.iter().all(|c| c.is_finite()))
+    }
+}
+
+/// A state with these joint positions, at rest, without specific force.
+#[must_use]
+pub fn resting_state(machine: &Machine, joint_positions: &[f64]) -> State<f64> {
+    let mut state = State::<f64>::zero(machine);
+    for (motion, &position) in state.joints.iter_mut().zip(joint_positions) {
+        *motion = Motion::at_rest(position);
+    }
+    state
 }
 
 impl<T: Real> BaseState<T> {

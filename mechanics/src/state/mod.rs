@@ -8,6 +8,7 @@ mod sample;
 pub use columns::StateColumns;
 pub use machine_state::{
     AccelerometerBias, BaseState, ImuState, JetCovariance, Lag, SignalNoise, State, UNIT_TOLERANCE,
+    resting_state,
 };
 pub use reason::{Reason, Reasons};
 pub(crate) use sample::Credible;

@@ -71,6 +71,12 @@ impl Reasons {
         self.0 |= others.0;
     }
 
+    /// Returns the set without a reason.
+    #[must_use]
+    pub fn without(self, reason: Reason) -> Self {
+        Self(self.0 & !Self::of(reason).0)
+    }
+
     /// Whether the set contains `reason`.
     #[must_use]
     pub fn has(self, reason: Reason) -> bool {

@@ -31,6 +31,17 @@ pub fn combination_sigma(
         .sum();
     let each: Vec<Lanes> = derivatives.iter().map(|&by| Lanes::constant(by)).collect();
     let signals: f64 = SignalPlaces::of(machine).variance(&each, state).wheel(0);
-    let split = workspace.measured_split_variance(factors);
+    let split = workspace.split_variance(factors);
     (sigmas.variance::<f64>(&derivatives) + signals + model + split).sqrt()
+}
+
+/// Returns the standard deviation of a number by the noise of the signals of a state, and its error by their lag, with its sign, from
+/// its derivatives by all parameters in their order ([`Parameter::all`](crate::Parameter::all)).
+#[must_use]
+pub fn signal_errors(machine: &Machine, state: &State<f64>, derivatives: &[f64]) -> [f64; 2] {
+    let each: Vec<Lanes> = derivatives.iter().map(|&by| Lanes::constant(by)).collect();
+    let places = SignalPlaces::of(machine);
+    let behind: f64 = places.behind(&each, state).wheel(0);
+    let variance: f64 = places.variance(&each, state).wheel(0);
+    [(variance - behind * behind).max(0.0).sqrt(), behind]
 }

@@ -7,11 +7,10 @@
 use nalgebra::Vector3;
 
 use super::self_equilibrated::self_equilibrated_loads;
-use super::static_posture::resting_state;
 use crate::evaluate::evaluation::evaluate;
 use crate::evaluate::workspace::Workspace;
 use crate::machine::{ForceSource, Ground, Machine, Proof, Proofs, SupportId};
-use crate::state::{Sensors, State};
+use crate::state::{Sensors, State, resting_state};
 
 /// Change of a wheel's load that matters, as a share of its static load. The lowest threshold of a verdict leaves a quarter.
 const MATTERS: f64 = 0.05;
@@ -24,6 +23,8 @@ const UNLIMITED_SLIDE: f64 = 0.5;
 
 impl Machine {
     /// Returns the signals on which the loads depend, with these sensors, among those that a commissioning or a motion can prove.
+    /// Of supports that come and go these are the proofs on any set of them: on [`Self::measured_supports`] alone, the ground
+    /// needs none.
     #[must_use]
     pub fn needed_proofs(&self, sensors: &Sensors) -> Proofs {
         let mut needed = Proofs::NONE;
@@ -51,7 +52,12 @@ impl Machine {
         let is_plane = self.contact().ground == Ground::Plane;
         // what presses how much into plane ground is known of all supports together, or of none
         let is_stiff = self.contact().tyres_deflect || !self.supports().vary();
-        let is_known = (is_plane && is_stiff) || self.measures_each_support(sensors);
+        let measured = self.measured_supports(sensors);
+        let is_measured = match self.supports().vary() {
+            true => self.supports().ids().all(|id| measured.contains(&id)),
+            false => self.stands_on().iter().all(|id| measured.contains(id)),
+        };
+        let is_known = (is_plane && is_stiff) || is_measured;
         if !is_known && trial.as_mut().is_none_or(Trial::leaves_split_open) {
             needed.add(Proof::Ground);
         }
@@ -65,18 +71,17 @@ impl Machine {
         needed
     }
 
-    /// Whether these sensors measure the load of every support: no set of them leaves the split of the load open.
-    fn measures_each_support(&self, sensors: &Sensors) -> bool {
+    /// Returns the supports whose loads these sensors measure. On these alone, nothing of the split of the load is open.
+    #[must_use]
+    pub fn measured_supports(&self, sensors: &Sensors) -> Vec<SupportId> {
         let joints = &self.contact().actuated_joints;
-        let mut ids = self.supports().ids();
-        let is_measured = |id: SupportId| {
-            let mut signals = sensors.actuators.iter();
-            signals.any(|signal| match joints[signal.joint].source {
-                ForceSource::Support { support, .. } => support == id,
-                ForceSource::Linkage(_) => false,
+        let signals = sensors.actuators.iter();
+        signals
+            .filter_map(|signal| match joints[signal.joint].source {
+                ForceSource::Support { support, .. } => Some(support),
+                ForceSource::Linkage(_) => None,
             })
-        };
-        ids.all(is_measured)
+            .collect()
     }
 }
 

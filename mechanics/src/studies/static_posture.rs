@@ -6,10 +6,8 @@ use crate::evaluate::evaluation::evaluate;
 use crate::evaluate::outcome::Outcome;
 use crate::evaluate::scope::Scope;
 use crate::evaluate::workspace::Workspace;
-use crate::geometry::coordinate::Motion;
 use crate::machine::{Machine, Mount, MountSource, Parameter, UncertaintySpec, Unknown};
-use crate::state::Reasons;
-use crate::state::State;
+use crate::state::{Reasons, State, resting_state};
 
 /// Wheel loads of `machine` at rest on level ground with these joint positions (rad or m) in the order of
 /// [`Machine::joints`], payloads without a time limit attached.
@@ -99,16 +97,6 @@ pub fn standing_posture(
         .iter()
         .all(|load| load.is_finite())
         .then_some(positions)
-}
-
-/// A state with these joint positions, at rest, without specific force.
-#[must_use]
-pub fn resting_state(machine: &Machine, joint_positions: &[f64]) -> State<f64> {
-    let mut state = State::<f64>::zero(machine);
-    for (motion, &position) in state.joints.iter_mut().zip(joint_positions) {
-        *motion = Motion::at_rest(position);
-    }
-    state
 }
 
 /// A reference load that cannot serve as one.

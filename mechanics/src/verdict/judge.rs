@@ -261,10 +261,6 @@ impl Judge {
         if standing == RowAssessment::Failed {
             self.held.reasons.add_all(row.reasons);
             self.is_missing |= row.reasons.have_gap_besides(self.left_out);
-            if row.reasons.leave_valid() {
-                // valid inputs, but the uncertainty of the loads cannot be computed
-                self.held.reasons.add(Reason::NotFinite);
-            }
         }
         if self.fault_ns.is_none() {
             (self.held.faults, self.held.reasons) = (InputFaults::NONE, Reasons::NONE);
@@ -326,11 +322,12 @@ impl Judge {
         if reasons.has(Reason::Tipping) {
             return RowAssessment::Tipping;
         }
-        // In a valid row without utilisation, the uncertainty cannot be computed. Of a wheel that carries nothing it need not be.
+        // In a valid row without utilisation the loads are known, and their uncertainty is not. Of a wheel that carries nothing it
+        // need not be.
         if row.utilisation.is_finite() || row.is_wheel_unloaded {
             RowAssessment::Known
         } else {
-            RowAssessment::Failed
+            RowAssessment::Unknown
         }
     }
 
@@ -523,9 +520,6 @@ mod tests {
         assert!(held.reasons.has(Reason::ImuGap));
         assert_eq!(run.good(0.1, 100), Level::Safe);
         assert_eq!(run.judge.verdict().held, HeldProblems::default());
-        // valid signals without a computable uncertainty
-        assert_eq!(run.row(f64::NAN, &[], None), Level::Fault);
-        assert!(run.judge.verdict().held.reasons.has(Reason::NotFinite));
     }
 
     // requirement: TW-VERDICT-06, TW-VERDICT-15
@@ -616,8 +610,10 @@ mod tests {
     fn unknown_utilisation_is_never_safe() {
         let mut run = Run::new();
         run.good(0.1, 20);
-        assert_eq!(run.row(f64::NAN, &[], None), Level::Fault);
-        assert_eq!(run.row(f64::INFINITY, &[], None), Level::Fault);
+        assert_eq!(run.row(f64::NAN, &[], None), Level::Unknown);
+        assert_eq!(run.row(f64::INFINITY, &[], None), Level::Unknown);
+        assert_eq!(run.good(0.1, 9), Level::Unknown);
+        assert_eq!(run.good(0.1, 1), Level::Safe);
         let mut settling = Run::new();
         settling.good(0.1, 20);
         assert_eq!(settling.row(0.1, &[Reason::Settling], None), Level::Unknown);

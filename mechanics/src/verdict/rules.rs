@@ -127,6 +127,26 @@ fn unloaded_wheel_without_utilisation_is_danger_and_no_failure_of_the_model() {
     assert_eq!(rows.give(fails), Level::Fault);
 }
 
+/// Where the loads are known and the band about them is not, as in a session that begins while the machine falls.
+// requirement: TW-VERDICT-12
+#[test]
+fn unknown_uncertainty_of_known_loads_is_unknown_and_no_failure_of_the_model() {
+    for mut rows in [Rows::new(), Rows::safe()] {
+        for utilisation in [f64::NAN, f64::INFINITY] {
+            let unsure = |row: &mut RowFacts| row.utilisation = utilisation;
+            assert_eq!(rows.give(unsure), Level::Unknown);
+            assert_eq!(rows.latched(), Level::Unknown);
+            assert_eq!(rows.judge.verdict().held, HeldProblems::default());
+        }
+        assert_eq!(rows.judge.alarms(), 0);
+        // nor does it take a danger away, however long it lasts
+        rows.give(|row| row.utilisation = 1.5);
+        for _ in 0..300 {
+            assert_eq!(rows.give(|row| row.utilisation = f64::NAN), Level::Danger);
+        }
+    }
+}
+
 // requirement: TW-VERDICT-13
 #[test]
 fn gross_input_is_a_fault_at_once_and_from_the_start() {

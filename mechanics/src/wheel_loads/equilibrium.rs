@@ -60,6 +60,13 @@ impl<T: Real> GroundForce<T> {
     }
 }
 
+/// Moment of the ground about the normal through the centre of pressure (N m). Traction in proportion to the loads has none.
+pub(crate) fn spin<T: Real>(ground: &Wrench<T>, plane: &ContactPlane<T>) -> T {
+    let centre = GroundForce::in_plane(ground, plane).centre_of_pressure();
+    let at = plane.normal * plane.height + plane.forward * centre.x + plane.left * centre.y;
+    plane.normal.dot(&ground.about(&at).moment)
+}
+
 /// `sum over wheels of factor[row][wheel] * load = value[row]`. The first `certain` rows are
 /// exact; then the split rule, if it is an equation; then, from `measured` on, one row per
 /// joint with measured torque.
@@ -76,6 +83,9 @@ pub struct Equations<T> {
     pub(crate) holds: Vec<T>,
     /// Compliance of each row: zero for a row that holds exactly.
     pub(crate) compliance: Vec<T>,
+    /// Torque of side forces about each joint without torque beside that of traction in proportion to the loads, one standard
+    /// deviation (N m): T(14a).
+    side_torque: Vec<T>,
     /// Prior standard deviation of the loads from the split rule where torques are measured (N).
     pub(super) prior_scale: f64,
     /// The values that [`Equations::set_measured_aside`] saved: `holds` and `compliance`.
@@ -107,6 +117,7 @@ impl<T: Real> Equations<T> {
                 .collect(),
             holds: vec![T::one(); rows],
             compliance: vec![T::zero(); rows],
+            side_torque: vec![T::zero(); machine.contact.free_joints.len()],
             prior_scale: prior_scale(machine),
             aside: [vec![T::zero(); rows], vec![T::zero(); rows]],
             offset: [T::zero(); MAX_WHEELS],
@@ -173,7 +184,14 @@ impl<T: Real> Equations<T> {
     /// ```text
     ///     sum over distal wheels of z . (r_i - p) x q N_i = z . (M_b - p x F_b)
     /// ```
-    /// where F_b, M_b is the wrench that accelerates the distal subtree, about the base origin.
+    /// where F_b, M_b is the wrench that accelerates the distal subtree, about the base origin. Such traction has no moment about the
+    /// normal through the centre of pressure. The moment S that the ground exerts there comes from side forces of the wheels, or
+    /// in part from forces along them, which is not known. Side forces alone carry it with
+    /// ```text
+    ///     s_i = S (x_i - x) / sum (x_j - x)^2,      x: mean of the wheels' places ahead
+    ///     s = sum over distal wheels of z . (r_i - p) x left s_i                                        T(14a)
+    /// ```
+    /// which is the standard deviation of the torque.
     pub(crate) fn set_free_joints(&mut self, machine: &Machine, distal: &DistalSubtrees<'_, T>) {
         let joints = machine.contact.free_joints.iter().zip(distal.wrenches);
         for (k, (joint, wrench)) in joints.enumerate() {
@@ -181,7 +199,36 @@ impl<T: Real> Equations<T> {
             let motion = &distal.motions[joint.body];
             let axis = z_axis(&motion.rotation);
             self.value[3 + k] = axis.dot(&wrench.about(&motion.origin).moment);
+            self.side_torque[k] = distal.spin * self.torque_by_spin(joint, distal);
         }
+    }
+
+    /// T(14a) about a joint per moment about the normal.
+    fn torque_by_spin(&self, joint: &TorqueJoint, distal: &DistalSubtrees<'_, T>) -> T {
+        let motion = &distal.motions[joint.body];
+        let axis = z_axis(&motion.rotation);
+        let wheels = || self.factor[2][..self.wheels].iter().enumerate();
+        let behind = wheels().fold(T::zero(), |sum, (_, &behind)| sum + behind)
+            / T::constant(self.wheels as f64);
+        let (mut torque, mut squares) = (T::zero(), T::zero());
+        for (wheel, &place) in wheels() {
+            let ahead = behind - place;
+            squares += ahead * ahead;
+            if joint.supports_wheel[wheel] {
+                let contact = distal.contact(wheel) - motion.origin;
+                torque += axis.dot(&contact.cross(&distal.plane.left)) * ahead;
+            }
+        }
+        T::select(T::zero().lt(squares), torque / squares, T::zero())
+    }
+
+    /// Variance of a load by T(14a), of its `response` to the value of each row (N^2). One moment turns all joints.
+    pub(crate) fn side_variance(&self, response: impl Fn(usize) -> T) -> T {
+        let torques = self.side_torque.iter().enumerate();
+        let load = torques.fold(T::zero(), |sum, (k, &torque)| {
+            sum + response(3 + k) * torque
+        });
+        load * load
     }
 
     /// Sets the factors of a joint's row; returns the sum of the lever arms of horizontal forces at the distal
@@ -196,8 +243,7 @@ impl<T: Real> Equations<T> {
         let axis = z_axis(&motion.rotation);
         let mut levers = T::zero();
         for (wheel, factor) in self.factor[row][..self.wheels].iter_mut().enumerate() {
-            let contact =
-                distal.centres[wheel] - distal.plane.normal * distal.radii[wheel] - motion.origin;
+            let contact = distal.contact(wheel) - motion.origin;
             *factor = T::zero();
             if joint.supports_wheel[wheel] {
                 *factor = axis.dot(&contact.cross(&distal.force_per_load));
@@ -219,6 +265,15 @@ pub(crate) struct DistalSubtrees<'a, T: Real> {
     pub(crate) radii: &'a [T],
     /// Contact force of a wheel per load: q.
     pub(crate) force_per_load: Vector3<T>,
+    /// See [`spin`] (N m).
+    pub(crate) spin: T,
+}
+
+impl<T: Real> DistalSubtrees<'_, T> {
+    /// Where a wheel touches the ground.
+    fn contact(&self, wheel: usize) -> Vector3<T> {
+        self.centres[wheel] - self.plane.normal * self.radii[wheel]
+    }
 }
 
 /// The wrench of each such distal subtree, minus the tool wrench where the tool is in it.

@@ -28,7 +28,7 @@ mod unilateral;
 pub(crate) use actuated::Actuation;
 pub(crate) use adjoint::{LoadAdjoint, LoadAdjoints, SupportConfiguration};
 pub use deviation::sigma;
-pub(crate) use equilibrium::{DistalSubtrees, distal_wrenches};
+pub(crate) use equilibrium::{DistalSubtrees, distal_wrenches, spin};
 pub use equilibrium::{Equations, GroundForce};
 pub(crate) use loads::Loads;
 pub(crate) use tipping_lines::Standing;

@@ -233,7 +233,7 @@ impl<T: Real> Solver<T> {
     }
 
     /// Variances of the OTF and the loads given the measured torques (N^2); zero without any.
-    pub(crate) fn measured_variances(&self, equations: &Equations<T>) -> [[T; MAX_WHEELS]; 2] {
+    fn measured_variances(&self, equations: &Equations<T>) -> [[T; MAX_WHEELS]; 2] {
         if !equations.are_measured() {
             return [[T::zero(); MAX_WHEELS]; 2];
         }
@@ -243,6 +243,18 @@ impl<T: Real> Solver<T> {
         };
         let load = self.load_response().unwrap_or(&self.otf_response);
         [of(&self.otf_response), of(load)]
+    }
+
+    /// Variances of the OTF and the loads that the split leaves: by measured torques, and by side forces (N^2).
+    pub(crate) fn split_variances(&self, equations: &Equations<T>) -> [[T; MAX_WHEELS]; 2] {
+        let mut variances = self.measured_variances(equations);
+        let load = self.load_response().unwrap_or(&self.otf_response);
+        for (variances, response) in variances.iter_mut().zip([&self.otf_response, load]) {
+            for (wheel, variance) in variances[..equations.wheels].iter_mut().enumerate() {
+                *variance += equations.side_variance(|row| response.loads[row][wheel]);
+            }
+        }
+        variances
     }
 
     /// Response of the OTF by the split rule alone.

@@ -5,12 +5,16 @@ pub(crate) mod closed_form;
 pub(crate) mod velocity_gradient;
 
 use std::path::Path;
+use std::sync::Arc;
 
 use nalgebra::Vector3;
 use proptest::test_runner::{Config, FileFailurePersistence};
 
 use tipwatch_mechanics::machine::{LogFacts, MachineSpec};
-use tipwatch_mechanics::{Machine, MachineError, Motion, State};
+use tipwatch_mechanics::{
+    Machine, MachineError, Model, Motion, Scope, State, StateColumns, Workspace, evaluate,
+    evaluate_rows,
+};
 
 /// Returns the settings for so many random cases; one that fails is kept beside the test, and is tried first from then on.
 pub(crate) fn cases(cases: u32) -> Config {
@@ -18,6 +22,29 @@ pub(crate) fn cases(cases: u32) -> Config {
     Config {
         failure_persistence: Some(Box::new(kept)),
         ..Config::with_cases(cases)
+    }
+}
+
+/// Checks that states evaluated several at a time have the results of each by itself, to the bit.
+pub(crate) fn assert_lanes_equal_scalar(
+    machine: &Machine,
+    states: &mut [State<f64>],
+    scope: Scope,
+    model: &Arc<Model>,
+) {
+    let mut columns = StateColumns::unknown(machine, states.len());
+    for (row, state) in states.iter_mut().enumerate() {
+        columns.set(row, state);
+    }
+    let lanes = evaluate_rows(machine, &columns, 0..states.len(), scope, model);
+    let mut workspace = Workspace::with_model(machine, scope, Arc::clone(model));
+    for (row, state) in states.iter().enumerate() {
+        let alone = evaluate(machine, state, &mut workspace);
+        for (&quantity, column) in lanes.quantities.iter().zip(&lanes.columns) {
+            let (a, b) = (column[row], alone.get(quantity));
+            let is_same = a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan());
+            assert!(is_same, "row {row}, {quantity:?}: {a} {b}");
+        }
     }
 }
 

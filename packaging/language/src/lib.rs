@@ -6,8 +6,8 @@ extern crate self as tipwatch_language;
 
 use std::borrow::Cow;
 use std::collections::HashMap;
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::{Condvar, Mutex, OnceLock, PoisonError};
 
 pub use tipwatch_language_macros::say;
 
@@ -26,6 +26,63 @@ static CHOSEN: AtomicU8 = AtomicU8::new(Language::English as u8);
 /// Chooses the language of the whole process. What was said before stays as it was said.
 pub fn choose(language: Language) {
     CHOSEN.store(language as u8, Ordering::Relaxed);
+}
+
+/// Those who speak, and those who wait to.
+struct Speakers {
+    /// The language of those who speak now.
+    language: Language,
+    /// Number of those who speak now.
+    count: usize,
+    /// Number of those who ever asked to speak.
+    asked: u64,
+    /// Number of those who ever spoke.
+    admitted: u64,
+}
+
+static SPEAKERS: Mutex<Speakers> = Mutex::new(Speakers {
+    language: Language::English,
+    count: 0,
+    asked: 0,
+    admitted: 0,
+});
+
+/// Told when nobody speaks any more, and when it is the next one's turn.
+static SILENCE: Condvar = Condvar::new();
+
+/// One of those who speak, until it is dropped.
+#[derive(Debug)]
+#[must_use = "the language is chosen only while this value lives"]
+pub struct Speaking(());
+
+/// Chooses the language for a part of a process with several callers. Those who speak another language are awaited, and
+/// those who asked before: first come, first served. A thread that speaks must not ask again, for no language.
+pub fn speak(language: Language) -> Speaking {
+    let mut speakers = SPEAKERS.lock().unwrap_or_else(PoisonError::into_inner);
+    let turn = speakers.asked;
+    speakers.asked += 1;
+    while speakers.admitted != turn || (speakers.count > 0 && speakers.language != language) {
+        let told = SILENCE.wait(speakers);
+        speakers = told.unwrap_or_else(PoisonError::into_inner);
+    }
+    speakers.admitted += 1;
+    speakers.count += 1;
+    speakers.language = language;
+    choose(language);
+    // the next in turn may speak the same
+    SILENCE.notify_all();
+    Speaking(())
+}
+
+impl Drop for Speaking {
+    fn drop(&mut self) {
+        let mut speakers = SPEAKERS.lock().unwrap_or_else(PoisonError::into_inner);
+        speakers.count -= 1;
+        if speakers.count == 0 {
+            choose(Language::default());
+            SILENCE.notify_all();
+        }
+    }
 }
 
 /// The language of the process.

@@ -11,4 +11,4 @@ mod reach;
 pub(crate) use build::build;
 pub use machine::{Joint, JointKind, Link, Machine, Shape, Solid, Wheel};
 pub(crate) use machine::{Outrigger, PadSet, Role};
-pub(crate) use pose::poses;
+pub(crate) use pose::{poses, sheet_poses};

@@ -34,8 +34,13 @@ pub(crate) fn poses(links: &[Link], positions: &[f64]) -> Vec<Isometry3<f64>> {
     poses
 }
 
+/// Poses of all links in the posture of the sheet.
+pub(crate) fn sheet_poses(links: &[Link]) -> Vec<Isometry3<f64>> {
+    poses(links, &sheet_positions(links))
+}
+
 /// Positions of all joints in the posture of the sheet.
-pub(crate) fn sheet_positions(links: &[Link]) -> Vec<f64> {
+pub(super) fn sheet_positions(links: &[Link]) -> Vec<f64> {
     let at = |link: &Link| link.joint.as_ref().map_or(0.0, |joint| joint.at);
     links.iter().map(at).collect()
 }

@@ -6,7 +6,7 @@ use nalgebra::Point3;
 
 use super::project::{Outline, View, hull, outlines};
 use super::text::escaped;
-use crate::body::Machine;
+use crate::body::{Machine, sheet_poses};
 
 /// Width of the picture and its margin (px).
 const WIDTH: f64 = 960.0;
@@ -134,10 +134,7 @@ impl Machine {
 
     /// A point of a link in the posture of the sheet.
     fn place(&self, link: usize, point: [f64; 3]) -> Point3<f64> {
-        let positions: Vec<f64> = (self.links.iter())
-            .map(|link| link.joint.as_ref().map_or(0.0, |joint| joint.at))
-            .collect();
-        crate::body::poses(&self.links, &positions)[link] * Point3::from(point)
+        sheet_poses(&self.links)[link] * Point3::from(point)
     }
 
     /// The polygon of support, and that of the outriggers.

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Point3};
 
-use crate::body::{Machine, Shape, Solid, poses};
+use crate::body::{Machine, Shape, Solid, sheet_poses};
 
 /// A plane of the picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,10 +41,7 @@ impl View {
 
 /// Outlines of all shapes in the posture of the sheet, the farthest first.
 pub(super) fn outlines(machine: &Machine, view: View) -> Vec<Outline> {
-    let positions: Vec<f64> = (machine.links.iter())
-        .map(|link| link.joint.as_ref().map_or(0.0, |joint| joint.at))
-        .collect();
-    let at = poses(&machine.links, &positions);
+    let at = sheet_poses(&machine.links);
     let mut found: Vec<Outline> = Vec::new();
     for (link, pose) in machine.links.iter().zip(&at) {
         let is_support = machine.outriggers.iter().any(|pad| pad.link == link.name);

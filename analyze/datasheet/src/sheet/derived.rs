@@ -14,6 +14,25 @@ impl Sheet {
             .collect()
     }
 
+    /// Distance between the first and the last axle (m).
+    pub(super) fn wheelbase(&self) -> f64 {
+        self.axle_positions().last().map_or(0.0, |x| -x)
+    }
+
+    /// The wheelbase, or the length of the tracks (m).
+    pub(super) fn length_on_ground(&self) -> f64 {
+        let of_tracks = self.tracks.as_ref().map_or(0.0, |tracks| tracks.length.si);
+        self.wheelbase().max(of_tracks)
+    }
+
+    /// The widest track of an axle, or the gauge of the tracks (m).
+    pub(super) fn widest_track(&self) -> f64 {
+        let tracks = self.axles.iter().filter_map(|axle| axle.track);
+        let gauge = self.tracks.as_ref().map(|tracks| tracks.gauge);
+        let all = tracks.chain(gauge).map(|track| track.si);
+        all.fold(0.0, f64::max)
+    }
+
     /// Radius of the tyre of a checked axle (m).
     pub(crate) fn tyre_radius(&self, axle: &Axle) -> f64 {
         let stated = axle.tyre_radius.map(|r| r.si);

@@ -12,7 +12,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::body::{Machine, poses};
+use crate::body::{Machine, poses, sheet_poses};
 use crate::error::SheetError;
 use crate::prior::{Assumptions, Balance, SHEET_MASS_SIGMA};
 use crate::sheet::Sheet;
@@ -27,10 +27,7 @@ const HEIGHT_SIGMA: f64 = 0.06;
 pub(super) fn balance(sheet: &Sheet, machine: &mut Machine) -> Result<(), SheetError> {
     let mut assumed = Assumptions::default();
     set_mass(sheet, machine);
-    let positions: Vec<f64> = (machine.links.iter())
-        .map(|link| link.joint.as_ref().map_or(0.0, |joint| joint.at))
-        .collect();
-    let at = poses(&machine.links, &positions);
+    let at = sheet_poses(&machine.links);
     let known: f64 = machine.links.iter().map(|link| link.mass).sum();
     let moment: Vector3<f64> = (machine.links.iter().zip(&at))
         .map(|(link, pose)| (pose * Point3::from(link.com)).coords * link.mass)
@@ -53,7 +50,7 @@ pub(super) fn balance(sheet: &Sheet, machine: &mut Machine) -> Result<(), SheetE
     let mut places: Vec<Vector3<f64>> = unknown.iter().map(|(_, at)| Vector3::from(*at)).collect();
     // a superstructure turns with its slew in the posture of the sheet
     for ((link, _), place) in unknown.iter().zip(&mut places) {
-        let zero = poses(&machine.links, &vec![0.0; positions.len()])[*link];
+        let zero = poses(&machine.links, &vec![0.0; at.len()])[*link];
         *place = (at[*link] * zero.inverse() * Point3::from(*place)).coords;
     }
     let target = horizontal(machine);

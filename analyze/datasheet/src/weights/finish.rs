@@ -2,7 +2,7 @@
 
 use nalgebra::Point3;
 
-use crate::body::{Machine, Solid, poses};
+use crate::body::{Machine, Solid, sheet_poses};
 use crate::error::SheetError;
 use crate::prior::{TRACK_DEFLECTION, TYRE_DEFLECTION};
 use crate::sheet::Sheet;
@@ -115,14 +115,11 @@ pub(super) fn laden(sheet: &Sheet, machine: &mut Machine) -> Result<(), SheetErr
     if laden.iter().all(Option::is_none) {
         return Ok(());
     }
-    let positions: Vec<f64> = (machine.links.iter())
-        .map(|link| link.joint.as_ref().map_or(0.0, |joint| joint.at))
-        .collect();
     let tool = machine.tool.as_deref().and_then(|tool| machine.link(tool));
     let Some(tool) = tool else {
         return Err(sheet.wrong("arm.tool", "a tool that carries the rated load", "none", ""));
     };
-    let at = poses(&machine.links, &positions)[tool] * Point3::new(centre, 0.0, 0.0);
+    let at = sheet_poses(&machine.links)[tool] * Point3::new(centre, 0.0, 0.0);
     let unladen = machine.centre_of_mass[0] * machine.mass;
     let total = machine.mass + load;
     let x = (unladen + load * at.x) / total;

@@ -5,7 +5,7 @@ use clap::ValueEnum;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
-use tipwatch_analyze::base::options::{HIGHEST_RATE_HZ, Options};
+use tipwatch_analyze::base::options::{HIGHEST_RATE_HZ, Options, ReportLanguage};
 
 use super::error::Mistake;
 use super::number::positive;
@@ -78,6 +78,14 @@ impl Stated {
             ..usual
         })
     }
+}
+
+/// The language of a call: English if none is given, whatever other calls of the process speak.
+///
+/// # Errors
+/// There is no such language.
+pub(crate) fn language(lang: Option<&str>) -> Result<ReportLanguage> {
+    value("lang", lang, ReportLanguage::default())
 }
 
 /// The value with this name, or the default where no name is given.

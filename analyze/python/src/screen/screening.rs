@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use anyhow::{Result, anyhow, bail};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict};
+use tipwatch_analyze::base::options::ReportLanguage;
 use tipwatch_analyze::policy::Policy;
 use tipwatch_analyze::screen::{
     DEFAULT_ATTEMPTS, Fleet as Machines, Gathering, MOST_JOBS, Output, Reports, Request, Shard,
@@ -20,7 +21,7 @@ use super::task::accepting;
 use crate::call::error::{Mistake, exception};
 use crate::call::interrupt::{Stop, interruptible};
 use crate::call::number::{Whole, positive};
-use crate::call::options::{Stated, Words, value};
+use crate::call::options::{Stated, Words, language, value};
 use crate::call::place::{Place, Places};
 use crate::call::progress::Progress;
 use crate::machine::machine_file;
@@ -75,6 +76,10 @@ use crate::machine::machine_file;
 /// gather : bool or path
 ///     Analyse nothing: build data set and page in ``out`` from the records in this place, or with True from those in
 ///     ``out``. Of logs that are named, those without a record are in the data set as failed. With threads.
+/// lang : {"en", "de"}, optional
+///     The language of page, reports and findings; default: English. Keys and columns are English in any. Calls in
+///     another language are awaited: a process speaks one at a time.
+///     Notes of a :class:`Machine` that is read meanwhile are in that language, too.
 /// progress : bool or callable
 ///     True shows a bar on standard error (with tqdm or rich, if one of them is installed). A function is called some
 ///     times a second with the number of finished logs and that of all logs.
@@ -105,9 +110,9 @@ use crate::machine::machine_file;
         logs=Places::default(), *, out=None, machine=None, fleet=None, accept_inertias=false, resume=false,
         jobs=None, rate=None, estimator=None, model=None, closed_form_input=None, apply_clock_offsets=None,
         quasi_static=None, min_valid=None, policy=None, fail_on=None, prune=false, reports=None, memory=None, shard=None,
-        records=None, attempts=None, gather=Gather::No, progress=None, runner="threads", retries=None
+        records=None, attempts=None, gather=Gather::No, lang=None, progress=None, runner="threads", retries=None
     ),
-    text_signature = "(logs=(), *, out=None, machine=None, fleet=None, accept_inertias=False, resume=False, jobs=None, rate=None, estimator=None, model=None, closed_form_input=None, apply_clock_offsets=None, quasi_static=None, min_valid=None, policy=None, fail_on=None, prune=False, reports=None, memory=None, shard=None, records=None, attempts=None, gather=False, progress=None, runner='threads', retries=2)"
+    text_signature = "(logs=(), *, out=None, machine=None, fleet=None, accept_inertias=False, resume=False, jobs=None, rate=None, estimator=None, model=None, closed_form_input=None, apply_clock_offsets=None, quasi_static=None, min_valid=None, policy=None, fail_on=None, prune=False, reports=None, memory=None, shard=None, records=None, attempts=None, gather=False, lang=None, progress=None, runner='threads', retries=2)"
 )]
 #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
 pub(crate) fn screen(
@@ -135,6 +140,7 @@ pub(crate) fn screen(
     records: Option<Place>,
     attempts: Option<Whole>,
     gather: Gather,
+    lang: Option<&str>,
     progress: Option<Bound<'_, PyAny>>,
     runner: &str,
     retries: Option<Whole>,
@@ -186,16 +192,17 @@ pub(crate) fn screen(
                 .map(|given| given.within(name, least..=most))
                 .transpose()
         };
-        Ok(Numbers {
+        let numbers = Numbers {
             jobs: number("jobs", &jobs, 1, MOST_JOBS)?,
             attempts: number("attempts", &attempts, 1, u32::MAX)?.unwrap_or(DEFAULT_ATTEMPTS),
             retries: number("retries", &retries, 0, u32::MAX)?.unwrap_or(DEFAULT_RETRIES),
             memory_gib: memory
                 .map(|gib| positive("memory (GiB)", gib))
                 .transpose()?,
-        })
+        };
+        Ok((numbers, language(lang)?))
     };
-    let numbers = checked().map_err(|error| exception(&error))?;
+    let (numbers, language) = checked().map_err(|error| exception(&error))?;
     // before hours of analyses
     let rules = rules(policy.as_ref(), fail_on.as_ref()).map_err(|error| exception(&error))?;
     let progress = Progress::of(py, progress, "Logs", ())?;
@@ -212,6 +219,7 @@ pub(crate) fn screen(
         numbers,
         min_valid,
         reports,
+        language,
     };
     if runner == "threads" {
         let work = call.work(records, gather, shard);
@@ -223,7 +231,7 @@ pub(crate) fn screen(
     judged.set_item("policy", policy.map(Place::into_path))?;
     judged.set_item("fail_on", fail_on.map(|Words(kinds)| kinds))?;
     judged.set_item("prune", prune)?;
-    call.by_engine(py, runner, judged, progress)
+    call.by_engine(py, runner, lang, judged, progress)
 }
 
 /// Arguments of a screening, by threads or by an engine.
@@ -239,6 +247,7 @@ struct Call<'a> {
     numbers: Numbers,
     min_valid: Option<f64>,
     reports: Option<&'a str>,
+    language: ReportLanguage,
 }
 
 impl Call<'_> {
@@ -247,6 +256,7 @@ impl Call<'_> {
         self,
         py: Python<'_>,
         runner: &str,
+        lang: Option<&str>,
         judged: Bound<'_, PyDict>,
         progress: Progress<'_>,
     ) -> PyResult<Py<Fleet>> {
@@ -258,6 +268,7 @@ impl Call<'_> {
         let options = self.stated.keywords(py)?;
         options.set_item("accept_inertias", self.accept_inertias)?;
         options.set_item("reports", self.reports)?;
+        options.set_item("lang", lang)?;
         let arguments = PyDict::new(py);
         // as text: a path object would not keep the two slashes of a URL
         arguments.set_item("out", out.into_os_string())?;
@@ -331,41 +342,44 @@ impl Call<'_> {
             told => notes.take(told),
         };
         let gate = gate(rules, self.min_valid);
-        let compute = |stop: &Stop| match work {
-            Work::Gather(records) => {
-                let asked = Gathering {
-                    records,
-                    out: &place,
-                    logs: &self.logs,
-                    found: None,
-                    prune: self.prune,
-                    options,
-                };
-                gather_records(&asked, gate, &notify)
-            }
-            Work::Analyse {
-                machines,
-                shard,
-                reports,
-                output,
-            } => {
-                let processors = || std::thread::available_parallelism().map_or(1, usize::from);
-                let memory_bytes =
-                    (self.numbers.memory_gib).map(|gib| (gib * f64::from(1 << 30)) as u64);
-                let request = Request {
-                    logs: &self.logs,
-                    out: &place,
-                    output: *output,
-                    jobs: (self.numbers.jobs).map_or_else(processors, |jobs| jobs as usize),
-                    memory_bytes,
-                    shard: *shard,
-                    resume: self.resume,
-                    prune: self.prune,
-                    reports: *reports,
-                    options,
-                    stop: Some(stop.flag()),
-                };
-                screen_logs(&request, machines, gate, &notify)
+        let compute = |stop: &Stop| {
+            let _speaking = self.language.speak();
+            match work {
+                Work::Gather(records) => {
+                    let asked = Gathering {
+                        records,
+                        out: &place,
+                        logs: &self.logs,
+                        found: None,
+                        prune: self.prune,
+                        options,
+                    };
+                    gather_records(&asked, gate, &notify)
+                }
+                Work::Analyse {
+                    machines,
+                    shard,
+                    reports,
+                    output,
+                } => {
+                    let processors = || std::thread::available_parallelism().map_or(1, usize::from);
+                    let memory_bytes =
+                        (self.numbers.memory_gib).map(|gib| (gib * f64::from(1 << 30)) as u64);
+                    let request = Request {
+                        logs: &self.logs,
+                        out: &place,
+                        output: *output,
+                        jobs: (self.numbers.jobs).map_or_else(processors, |jobs| jobs as usize),
+                        memory_bytes,
+                        shard: *shard,
+                        resume: self.resume,
+                        prune: self.prune,
+                        reports: *reports,
+                        options,
+                        stop: Some(stop.flag()),
+                    };
+                    screen_logs(&request, machines, gate, &notify)
+                }
             }
         };
         let found = interruptible(py, compute, |_| {

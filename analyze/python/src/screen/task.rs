@@ -7,16 +7,17 @@ use std::sync::{Mutex, PoisonError};
 
 use anyhow::{Context, Result, anyhow, bail};
 use pyo3::prelude::*;
-use tipwatch_analyze::base::options::Options;
+use tipwatch_analyze::base::options::{Options, ReportLanguage};
 use tipwatch_analyze::screen::{
-    FailureKind, Fleet as Machines, Found, Gathering, Reports, Task, TaskResult, Update, gather,
+    FailureKind, Fleet as Machines, Gathering, Reports, RequestedLogs, Task, TaskResult, Update,
+    gather,
 };
 use tipwatch_binding::MachineFile;
 
 use super::fleet::{Fleet, Notes};
 use super::gate::{gate, rules};
 use crate::call::error::{Mistake, exception};
-use crate::call::options::{Stated, Words, value};
+use crate::call::options::{Stated, Words, language, value};
 use crate::call::place::{Place, paths};
 
 /// The analyses of a fleet with one record per log, for engines that run each log as a task.
@@ -28,10 +29,11 @@ pub(crate) struct FleetTask {
     machines: Machines,
     options: Options,
     reports: Reports,
+    language: ReportLanguage,
     /// Notes of the search for the logs.
     notes: Notes,
     /// Logs that the search found; `None` before the search.
-    found: Mutex<Option<Found>>,
+    found: Mutex<Option<RequestedLogs>>,
 }
 
 #[pymethods]
@@ -39,7 +41,7 @@ impl FleetTask {
     #[new]
     #[pyo3(signature = (
         records, *, machine=None, fleet=None, rate=None, estimator=None, model=None, closed_form_input=None,
-        apply_clock_offsets=None, quasi_static=None, accept_inertias=false, reports=None
+        apply_clock_offsets=None, quasi_static=None, accept_inertias=false, reports=None, lang=None
     ))]
     #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
     fn new(
@@ -54,6 +56,7 @@ impl FleetTask {
         quasi_static: Option<String>,
         accept_inertias: bool,
         reports: Option<&str>,
+        lang: Option<&str>,
     ) -> PyResult<Self> {
         let stated = Stated {
             rate,
@@ -76,6 +79,7 @@ impl FleetTask {
                 machines: accepting(machines, accept_inertias)?,
                 options: stated.options()?,
                 reports: value("reports", reports, Reports::default())?,
+                language: language(lang)?,
                 notes: Notes::default(),
                 found: Mutex::default(),
             })
@@ -103,7 +107,10 @@ impl FleetTask {
     fn logs(&self, py: Python<'_>, logs: Vec<Place>) -> PyResult<Vec<(OsString, u64)>> {
         let logs = paths(logs);
         let tell = |told: Update<'_>| self.notes.take(told);
-        let searched = py.detach(|| self.task().logs(&logs, &self.machines, &tell));
+        let searched = py.detach(|| {
+            let _speaking = self.language.speak();
+            self.task().logs(&logs, &self.machines, &tell)
+        });
         let (logs, found) = searched.map_err(|error| exception(&error))?;
         *self.found.lock().unwrap_or_else(PoisonError::into_inner) = Some(found);
         // a path object would not keep the two slashes of a URL
@@ -119,7 +126,10 @@ impl FleetTask {
 
     /// Analyses a log and writes its record; returns kind and reason of its failure, if it failed.
     fn run(&self, py: Python<'_>, log: Place) -> PyResult<Option<(String, String)>> {
-        let ran = py.detach(|| self.task().run(&log, &self.machines));
+        let ran = py.detach(|| {
+            let _speaking = self.language.speak();
+            self.task().run(&log, &self.machines)
+        });
         let TaskResult { failure, .. } = ran.map_err(|error| exception(&error))?;
         Ok(failure.map(|(kind, reason)| (kind.to_string(), reason)))
     }
@@ -127,6 +137,7 @@ impl FleetTask {
     /// Writes the failure of a log whose worker could not write one.
     fn fail(&self, py: Python<'_>, log: Place, kind: &str, reason: &str) -> PyResult<()> {
         let fail = || {
+            let _speaking = self.language.speak();
             let kind: FailureKind = kind
                 .parse()
                 .map_err(|_| anyhow!("expected a kind of failure, found \"{kind}\""))?;
@@ -148,6 +159,7 @@ impl FleetTask {
         let out = out.into_path();
         let policy = rules(policy.as_ref(), fail_on.as_ref()).map_err(|error| exception(&error))?;
         let gathered = py.detach(|| {
+            let _speaking = self.language.speak();
             let found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
             let asked = Gathering {
                 records: &self.records,

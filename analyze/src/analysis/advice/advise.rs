@@ -18,7 +18,7 @@ use super::solve::{Bounds, Solution, solve};
 use super::window::{FARTHEST_REST_NS, LONGEST_TIPPING_NS, MARGIN_NS, Window, event_around};
 use crate::base::number::{known, percent, short};
 use crate::base::table::Table;
-use crate::events::{Event, EventKind, LowestOtf, normal_distribution};
+use crate::events::{Event, EventKind, LowestOtf, ShownBy, normal_distribution};
 
 /// Share of an event's rows whose state may be unknown.
 const MOST_LEFT_OUT: f64 = 0.1;
@@ -39,7 +39,11 @@ pub(crate) fn advise(
     let (machine, rows) = (standing.machine, standing.rows());
     let limits = standing.min_loads_n.as_ref();
     let limit = |wheel: usize| limits.map_or(0.0, |limits| limits[wheel]);
-    let event = on_its_wheels(events, rows, event_around(events, rows, worst.row)?);
+    let event = event_around(events, rows, worst.row)?;
+    if goes_on_unseen(events, event) {
+        return None;
+    }
+    let event = on_its_wheels(events, rows, event);
     let too_long = too_long(rows, event);
     let window = match too_long {
         None => event,
@@ -89,7 +93,7 @@ pub(crate) fn advise(
     for (candidate, tried) in candidates.iter().zip(tried) {
         match tried {
             Ok(solution) => advice.changes.push(
-                Told {
+                ChangeContext {
                     machine,
                     rows,
                     window: &window,
@@ -107,6 +111,14 @@ pub(crate) fn advise(
     }
     (advice.changes).sort_by(|a, b| a.effort.total_cmp(&b.effort));
     Some(advice)
+}
+
+/// Whether an event of this time (ns) goes on in a fall that the loads of the machine as stated do not show: what would have kept that
+/// machine on its wheels is no advice for the one that fell.
+fn goes_on_unseen(events: &[Event], span_ns: [i64; 2]) -> bool {
+    let is_unseen = |event: &Event| event.shown_by == Some(ShownBy::Rotation) && event.is_fact();
+    let mut events = events.iter();
+    events.any(|event| is_unseen(event) && event.overlaps(span_ns))
 }
 
 /// Limits an event in which the machine tips over to the time in which its wheels carry it: the rest is the fall, which no change
@@ -246,7 +258,7 @@ fn sigmas(window: &Window, change: Option<(Change, f64)>, found: &Margins) -> Ve
 }
 
 /// Context for the description of a change.
-struct Told<'a> {
+struct ChangeContext<'a> {
     machine: &'a Machine,
     rows: &'a Table,
     window: &'a Window,
@@ -255,7 +267,7 @@ struct Told<'a> {
     worst: &'a LowestOtf,
 }
 
-impl Told<'_> {
+impl ChangeContext<'_> {
     fn change(&self, candidate: &Candidate, solution: Solution) -> SimulatedChange {
         let (machine, logged, found) = (self.machine, self.logged, &solution.margins);
         let (least_otf_n, place) = found.otf[self.worst.wheel];
@@ -353,6 +365,32 @@ impl Told<'_> {
                 short(amount)
             ),
             Change::LessToolForce => say!("{less} less force on the tool"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_is_advised_against_what_goes_on_in_a_fall_that_loads_do_not_show() {
+        let fall = Event {
+            shown_by: Some(ShownBy::Rotation),
+            ..Event::blank(EventKind::EdgeTipping, 5, "right".into())
+        };
+        assert!(goes_on_unseen(std::slice::from_ref(&fall), [0, 9]));
+        assert!(!goes_on_unseen(std::slice::from_ref(&fall), [0, 4]));
+        let by_both = Event {
+            shown_by: Some(ShownBy::Both),
+            ..fall.clone()
+        };
+        let unlikely = Event {
+            certainty: Some(0.3),
+            ..fall
+        };
+        for event in [by_both, unlikely] {
+            assert!(!goes_on_unseen(&[event], [0, 9]));
         }
     }
 }

@@ -46,7 +46,7 @@ pub(super) fn candidates(
     window: &Window,
     first_order: impl Fn(Parameter) -> Option<f64>,
 ) -> Vec<Candidate> {
-    let seen = Seen::of(window);
+    let seen = WindowMotion::of(window);
     let mut found = joint_offsets(machine, positions, &seen);
     let mut share = |change: Change, effort_of: &'static str| {
         found.push(Candidate {
@@ -84,11 +84,11 @@ pub(super) fn candidates(
 
 /// Whether the base neither drives nor rocks nor turns in the window.
 pub(super) fn base_rests(window: &Window) -> bool {
-    Seen::of(window).base_rests
+    WindowMotion::of(window).base_rests
 }
 
 /// Observations in the window.
-struct Seen {
+struct WindowMotion {
     /// Smallest and largest position of each joint.
     positions: Vec<[f64; 2]>,
     joint_rate: f64,
@@ -101,7 +101,7 @@ struct Seen {
     attached: Vec<bool>,
 }
 
-impl Seen {
+impl WindowMotion {
     fn of(window: &Window) -> Self {
         let machine = window.machine();
         let mut found = Self {
@@ -155,7 +155,7 @@ impl Seen {
 
 /// Offsets of the joints that moved, in both directions. Joints that carry or spin wheels are left out: the measured
 /// attitude of the base would change with them.
-fn joint_offsets(machine: &Machine, log: &[[f64; 2]], seen: &Seen) -> Vec<Candidate> {
+fn joint_offsets(machine: &Machine, log: &[[f64; 2]], seen: &WindowMotion) -> Vec<Candidate> {
     let mut found = Vec::new();
     for (joint, measured) in machine.joints().iter().enumerate() {
         let range = log[joint][1] - log[joint][0];
@@ -188,7 +188,7 @@ fn joint_offsets(machine: &Machine, log: &[[f64; 2]], seen: &Seen) -> Vec<Candid
 }
 
 /// Lighter loads: the payloads, or else the end of the arm.
-fn masses(machine: &Machine, seen: &Seen) -> Vec<Candidate> {
+fn masses(machine: &Machine, seen: &WindowMotion) -> Vec<Candidate> {
     let lighter = |change: Change, mass: f64, share: f64| Candidate {
         change,
         bound: mass * share,

@@ -16,7 +16,9 @@ use std::sync::Arc;
 use nalgebra::{Rotation2, Vector2, Vector3};
 use tipwatch_mechanics::estimation::plausibility::LeanOnTyres;
 use tipwatch_mechanics::machine::{Axis, Machine, Parameter};
-use tipwatch_mechanics::{Placement, Scope, State, Workspace, evaluate};
+use tipwatch_mechanics::{
+    BatchWorkspace, Model, Scope, State, StateColumns, Wrench, ground_forces,
+};
 
 use super::to_base::ToBase;
 use crate::base::table::Table;
@@ -24,6 +26,8 @@ use crate::events::drives;
 
 /// Time between the states that are looked at (ns).
 const STEP_NS: i64 = 50_000_000;
+/// Calm states that are evaluated at once.
+const STATES_AT_ONCE: usize = 512;
 /// Time constants (s): of the motion that must be calm, and of the mean of the tilt.
 const SMOOTHED_S: f64 = 0.25;
 const AVERAGED_S: f64 = 1.0;
@@ -47,11 +51,11 @@ const WHOLE_SIGMAS: f64 = 3.0;
 #[derive(Debug, PartialEq)]
 pub(crate) struct GroundSlope {
     /// Samples in the order of time; never empty.
-    samples: Vec<Sample>,
+    samples: Vec<SlopeSample>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Sample {
+struct SlopeSample {
     time_ns: i64,
     slope: Slope,
 }
@@ -129,20 +133,66 @@ struct Kept {
     driven_m: f64,
 }
 
-/// A machine that is watched for calm.
+/// A state that was looked at.
+struct Step {
+    time_ns: i64,
+    /// Time since the one before (s).
+    step_s: f64,
+    yaw: f64,
+    /// Way driven since the one before (m).
+    driven_m: f64,
+    /// Tilt of the ground under a calm machine (rad), and the standard deviation of its lean on the tyres (rad).
+    ground: Option<(Vector2<f64>, f64)>,
+}
+
+impl Step {
+    /// What is kept from this state on, of what was kept before it.
+    fn follow(&self, kept: Option<Kept>) -> Option<Kept> {
+        let kept = kept.map(|kept| Kept {
+            driven_m: kept.driven_m + self.driven_m,
+            ..kept
+        });
+        let Some((tilt, lean_sigma)) = self.ground else {
+            return kept;
+        };
+        let tilt = Rotation2::new(self.yaw) * tilt;
+        let Some(kept) = kept else {
+            return Some(Kept {
+                tilt,
+                scatter: 0.0,
+                lean_sigma,
+                driven_m: 0.0,
+            });
+        };
+        let share = 1.0 - (-self.step_s / AVERAGED_S).exp();
+        let apart = tilt - kept.tilt;
+        Some(Kept {
+            tilt: kept.tilt + apart * share,
+            scatter: kept.scatter + (0.5 * apart.norm_squared() - kept.scatter) * share,
+            lean_sigma,
+            driven_m: kept.driven_m * (1.0 - share),
+        })
+    }
+}
+
+/// A machine that is watched for calm. Its calm states are evaluated many at a time.
 struct Watched<'a> {
     machine: &'a Machine,
     to_base: ToBase,
-    lean: Option<Lean>,
+    lean: Option<LeanOnTyres>,
     last_ns: Option<i64>,
     yaw: f64,
     acceleration: Vector3<f64>,
     rate: Vector3<f64>,
     /// Standard deviation of the measured attitude (rad).
     attitude_sigma: f64,
-    kept: Option<Kept>,
-    /// Time, yaw and the tilt kept at that time.
-    seen: Vec<(i64, f64, Option<Kept>)>,
+    steps: Vec<Step>,
+    /// The machine on its supports in the states that wait.
+    on: Option<(&'a Machine, BatchWorkspace)>,
+    /// The states that wait, and room for the next one.
+    states: StateColumns,
+    /// Their steps, and up in base axes.
+    waiting: Vec<(usize, Vector3<f64>)>,
 }
 
 impl<'a> Watched<'a> {
@@ -150,21 +200,23 @@ impl<'a> Watched<'a> {
         Self {
             machine,
             to_base: ToBase::new(machine),
-            lean: Lean::of(machine),
+            lean: LeanOnTyres::of(machine),
             last_ns: None,
             yaw: 0.0,
             acceleration: Vector3::zeros(),
             rate: Vector3::zeros(),
             attitude_sigma: Parameter::ImuRotation(Axis::X).sigma(machine),
-            kept: None,
-            seen: Vec::new(),
+            steps: Vec::new(),
+            on: None,
+            states: StateColumns::unknown(machine, STATES_AT_ONCE),
+            waiting: Vec::new(),
         }
     }
 
     /// The next state; `stands_on` is the machine on its supports, `None` where it is not known on which.
     fn take(
         &mut self,
-        stands_on: Option<&Machine>,
+        stands_on: Option<&'a Machine>,
         time_ns: i64,
         may_count: bool,
         state: &mut State<f64>,
@@ -173,7 +225,11 @@ impl<'a> Watched<'a> {
             .last_ns
             .map_or(0.0, |last_ns| time_ns.saturating_sub(last_ns) as f64 * 1e-9);
         let is_first = self.last_ns.replace(time_ns).is_none();
-        let measured = state.clone();
+        if let Some(on) = stands_on {
+            self.stand(on);
+        }
+        // as measured; it is overwritten unless it waits
+        self.states.set(self.waiting.len(), state);
         self.to_base.apply(self.machine, state);
         let up = state.base.up;
         let rate = state.imu.angular_velocity;
@@ -198,65 +254,63 @@ impl<'a> Watched<'a> {
                 false => *mean = now,
             }
         }
-        if let Some(kept) = &mut self.kept {
-            kept.driven_m += speed(self.machine, state) * step_s;
-        }
         let is_calm = self.acceleration.norm() < CALM_ACCELERATION && self.rate.norm() < CALM_RATE;
-        if is_calm
-            && may_count
-            && let Some(on) = stands_on
-            && let Some((tilt, lean_sigma)) = self.tilt(on, &measured, &up)
-        {
-            self.keep(tilt, lean_sigma, step_s);
+        if is_calm && may_count && stands_on.is_some() {
+            self.waiting.push((self.steps.len(), up));
         }
-        self.seen.push((time_ns, self.yaw, self.kept));
+        self.steps.push(Step {
+            time_ns,
+            step_s,
+            yaw: self.yaw,
+            driven_m: speed(self.machine, state) * step_s,
+            ground: None,
+        });
+        if self.waiting.len() == STATES_AT_ONCE {
+            self.look();
+        }
     }
 
-    /// Computes the tilt of the ground under a calm machine (rad), and the standard deviation of its lean on the tyres (rad).
-    fn tilt(
-        &mut self,
-        on: &Machine,
-        measured: &State<f64>,
-        up: &Vector3<f64>,
-    ) -> Option<(Vector2<f64>, f64)> {
-        let mut placement = Placement::new(on);
-        placement.place(measured);
-        let normal = placement.normal;
-        let lean = match &mut self.lean {
-            Some(lean) => lean.at(on, measured),
-            None => None,
-        };
-        let (lean, lean_sigma) = lean.unwrap_or((Vector2::zeros(), UNKNOWN_LEAN));
-        let lean = match on.contact().tyres_deflect {
-            true => Vector3::zeros(),
-            false => Vector3::new(lean.x, lean.y, 0.0),
-        };
-        let tilt = (up + lean.cross(up)).cross(&normal).xy();
-        (tilt.iter().all(|part| part.is_finite())).then_some((tilt, lean_sigma))
+    /// The machine stands on these supports.
+    fn stand(&mut self, on: &'a Machine) {
+        let is_known = |(known, _): &(&Machine, BatchWorkspace)| std::ptr::eq(*known, on);
+        if !self.on.as_ref().is_some_and(is_known) {
+            self.look();
+            let workspace = BatchWorkspace::new(on, Scope::LOADS, &Arc::new(Model::WholeBody));
+            self.on = Some((on, workspace));
+        }
     }
 
-    fn keep(&mut self, tilt: Vector2<f64>, lean_sigma: f64, step_s: f64) {
-        let tilt = Rotation2::new(self.yaw) * tilt;
-        let Some(kept) = &mut self.kept else {
-            self.kept = Some(Kept {
-                tilt,
-                scatter: 0.0,
-                lean_sigma,
-                driven_m: 0.0,
-            });
+    /// Computes the tilt of the ground in the states that wait.
+    fn look(&mut self) {
+        let Some((on, workspace)) = &mut self.on else {
             return;
         };
-        let share = 1.0 - (-step_s / AVERAGED_S).exp();
-        let apart = tilt - kept.tilt;
-        kept.tilt += apart * share;
-        kept.scatter += (0.5 * apart.norm_squared() - kept.scatter) * share;
-        kept.lean_sigma = lean_sigma;
-        kept.driven_m *= 1.0 - share;
+        let deflect = on.contact().tyres_deflect;
+        let grounds = ground_forces(on, &self.states, 0..self.waiting.len(), workspace);
+        for ((step, up), (ground, normal)) in self.waiting.drain(..).zip(grounds) {
+            let lean = self.lean.as_ref();
+            let lean = lean.and_then(|lean| lean_of(lean, &ground));
+            let (lean, lean_sigma) = lean.unwrap_or((Vector2::zeros(), UNKNOWN_LEAN));
+            let lean = match deflect {
+                true => Vector3::zeros(),
+                false => Vector3::new(lean.x, lean.y, 0.0),
+            };
+            let tilt = (up + lean.cross(&up)).cross(&normal).xy();
+            let is_known = tilt.iter().all(|part| part.is_finite());
+            self.steps[step].ground = is_known.then_some((tilt, lean_sigma));
+        }
     }
 
-    fn finish(self) -> Option<GroundSlope> {
-        let first = self.seen.iter().find_map(|(.., kept)| *kept)?;
-        let sample = |&(time_ns, yaw, kept): &(i64, f64, Option<Kept>)| {
+    fn finish(mut self) -> Option<GroundSlope> {
+        self.look();
+        let mut kept = None;
+        let seen = self.steps.iter().map(|step| {
+            kept = step.follow(kept);
+            kept
+        });
+        let seen: Vec<Option<Kept>> = seen.collect();
+        let first = seen.iter().find_map(|kept| *kept)?;
+        let sample = |(step, kept): (&Step, Option<Kept>)| {
             // before it was calm for the first time, it stood where it then was
             let kept = kept.unwrap_or(first);
             let variance = self.attitude_sigma.powi(2)
@@ -264,13 +318,16 @@ impl<'a> Watched<'a> {
                 + kept.lean_sigma.powi(2)
                 + CHANGES_PER_METRE.powi(2) * kept.driven_m;
             let slope = Slope {
-                tilt: Rotation2::new(-yaw) * kept.tilt,
+                tilt: Rotation2::new(-step.yaw) * kept.tilt,
                 sigma_rad: variance.sqrt(),
             };
-            Sample { time_ns, slope }
+            SlopeSample {
+                time_ns: step.time_ns,
+                slope,
+            }
         };
-        let samples: Vec<Sample> = self.seen.iter().map(sample).collect();
-        let is_known = |sample: &Sample| {
+        let samples: Vec<SlopeSample> = self.steps.iter().zip(seen).map(sample).collect();
+        let is_known = |sample: &SlopeSample| {
             sample.slope.sigma_rad > 0.0
                 && sample.slope.sigma_rad.is_finite()
                 && sample.slope.tilt.norm().is_finite()
@@ -291,30 +348,15 @@ fn speed(machine: &Machine, state: &State<f64>) -> f64 {
     })
 }
 
-/// The lean of a calm machine on its tyres.
-struct Lean {
-    on_tyres: LeanOnTyres,
-    workspace: Workspace<f64>,
-}
-
-impl Lean {
-    fn of(machine: &Machine) -> Option<Self> {
-        Some(Self {
-            on_tyres: LeanOnTyres::of(machine)?,
-            workspace: Workspace::with_scope(machine, Scope::LOADS),
-        })
-    }
-
-    /// Lean about x and y (rad), and its standard deviation; `None` where the loads are unknown.
-    fn at(&mut self, machine: &Machine, state: &State<f64>) -> Option<(Vector2<f64>, f64)> {
-        let ground = &evaluate(machine, state, &mut self.workspace).ground_wrench;
-        let lean = self.on_tyres.lean(ground);
-        let share = match self.on_tyres.stiffness_is_stated() {
-            true => STATED_LEAN_SHARE,
-            false => USUAL_LEAN_SHARE,
-        };
-        (lean.iter().all(|part| part.is_finite())).then(|| (lean, share * lean.norm()))
-    }
+/// The lean of a calm machine on its tyres about x and y (rad) under the wrench of the ground, and its standard deviation; `None`
+/// where the loads are unknown.
+fn lean_of(on_tyres: &LeanOnTyres, ground: &Wrench<f64>) -> Option<(Vector2<f64>, f64)> {
+    let lean = on_tyres.lean(ground);
+    let share = match on_tyres.stiffness_is_stated() {
+        true => STATED_LEAN_SHARE,
+        false => USUAL_LEAN_SHARE,
+    };
+    (lean.iter().all(|part| part.is_finite())).then(|| (lean, share * lean.norm()))
 }
 
 #[cfg(test)]

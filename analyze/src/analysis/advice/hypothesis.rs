@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use nalgebra::{Rotation3, Vector3};
 use tipwatch_language::word;
-use tipwatch_mechanics::machine::{JointCoupling, LinkGroup, Machine, Payload};
+use tipwatch_mechanics::machine::{LinkGroup, Machine, Payload};
 use tipwatch_mechanics::{Parameter, Placement, State};
 
 use super::change::{slow_joints, slow_manoeuvre};
@@ -168,7 +168,7 @@ impl<'m> Supposed<'m> {
         state.noise.specific_force += by_slope * by_slope;
         if share == 0.0 {
             // as recorded, as far as the attitude is known
-            if !state.base.up.iter().all(|part| part.is_finite()) {
+            if state.base.known_up().is_none() {
                 state.imu.specific_force.fill(f64::NAN);
             }
             return;
@@ -213,17 +213,7 @@ pub(super) fn attached_kg(machine: &Machine, state: &State<f64>) -> f64 {
 
 /// Whether a joint moves parts of the arm and nothing else.
 pub(crate) fn moves_arm_alone(machine: &Machine, joint: usize) -> bool {
-    let measured = |linkage: usize| machine.linkages()[linkage].measured_joint;
-    let moves = |coupling: JointCoupling| match coupling {
-        JointCoupling::Root => false,
-        JointCoupling::Measured(of) | JointCoupling::Mimic { joint: of, .. } => of == joint,
-        JointCoupling::Pivot(of) | JointCoupling::Cylinder(of) | JointCoupling::Rod(of) => {
-            measured(of) == joint
-        }
-    };
-    let moved = machine.bodies().iter().enumerate();
-    let moved = moved.filter(|(_, body)| moves(body.coupling));
-    let moved: Vec<usize> = moved.map(|(body, _)| body).collect();
+    let moved: Vec<usize> = machine.bodies_of_joint(joint).collect();
     let mut links = machine.links().iter().filter(|link| {
         let mut bodies = moved.iter();
         bodies.any(|&body| machine.is_carried_by(link.body, body))

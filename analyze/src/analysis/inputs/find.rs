@@ -32,8 +32,8 @@ pub(crate) fn gross_inputs(
         &|| Ok(attitude::faults(loaded)),
         &|| Ok(Vec::from_iter(attitude::slope_unknown(loaded))),
         &|| Ok(Vec::from_iter(gyro::scale(loaded))),
-        &|| Ok(Vec::from_iter(odometry::scale(loaded))),
-        &|| Ok(Vec::from_iter(odometry::exchanged(loaded))),
+        &|| Ok(Vec::from_iter(odometry::scale(loaded, rotations))),
+        &|| Ok(Vec::from_iter(odometry::exchanged(loaded, rotations))),
         &|| Ok(actuators::scales(loaded)),
         &|| Ok(Vec::from_iter(actuators::support_scale(loaded))),
     ];

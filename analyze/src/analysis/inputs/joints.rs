@@ -71,7 +71,7 @@ pub(super) fn scales(loaded: &LoadedLog) -> Vec<GrossInput> {
         let joints = &loaded.matched.sensors.joints[stream].joints;
         let mut positions = Suspects::none();
         let mut velocities = Suspects::none();
-        let seen = Seen::in_signal(loaded, signal, joints);
+        let seen = JointSamples::in_signal(loaded, signal, joints);
         for ((column, &joint), seen) in joints.iter().enumerate().zip(seen) {
             let values = Column {
                 signal,
@@ -104,7 +104,7 @@ pub(super) fn scales(loaded: &LoadedLog) -> Vec<GrossInput> {
 }
 
 /// Observations of a joint in one pass over the samples of a signal.
-struct Seen {
+struct JointSamples {
     slides: bool,
     is_wheel: bool,
     /// Number, least and largest of the finite positions.
@@ -115,7 +115,7 @@ struct Seen {
     compared: [f64; 3],
 }
 
-impl Seen {
+impl JointSamples {
     /// Observes each joint in a signal.
     fn in_signal(loaded: &LoadedLog, signal: &Signal, joints: &[usize]) -> Vec<Self> {
         let mut all: Vec<Self> = (joints.iter())
@@ -353,7 +353,7 @@ mod tests {
 
     #[test]
     fn several_samples_of_one_stamp_make_no_velocity_too_large() {
-        let mut seen = Seen {
+        let mut seen = JointSamples {
             slides: false,
             is_wheel: false,
             range: None,

@@ -12,6 +12,7 @@ use super::slots::{self, Sums};
 use super::windows::median;
 use super::{GrossInput, GrossInputKind};
 use crate::base::number::short;
+use crate::events::FoundRotation;
 use crate::load::{LoadedLog, Signal};
 
 /// Proportion of odometry and wheels, or its inverse, that no slip of all wheels explains.
@@ -54,26 +55,34 @@ struct WheelSpeed {
     by_slot: BTreeMap<i64, f64>,
 }
 
-/// Mean forward velocity by slot.
-fn forward_speeds(odometry: &Signal) -> BTreeMap<i64, f64> {
+/// Mean forward velocity by slot, where the machine stands on its wheels: those of a machine that falls or lies on its side spin.
+fn forward_speeds(odometry: &Signal, rotations: &[FoundRotation]) -> BTreeMap<i64, f64> {
     let mut reader = odometry.recording.reader();
-    slots::means(&odometry.recording.stamps_ns, |at| reader.sample(at)[0])
+    let mut speeds = slots::means(&odometry.recording.stamps_ns, |at| reader.sample(at)[0]);
+    for rotation in rotations {
+        slots::leave_out(&mut speeds, rotation.span_ns());
+    }
+    speeds
 }
 
 /// An odometry velocity that does not fit the wheels.
-pub(super) fn scale(loaded: &LoadedLog) -> Option<GrossInput> {
+pub(super) fn scale(loaded: &LoadedLog, rotations: &[FoundRotation]) -> Option<GrossInput> {
     let odometry = of(loaded, Sensor::Odometry)?;
-    let forward = forward_speeds(odometry);
+    let forward = forward_speeds(odometry, rotations);
     let mut factors = Vec::new();
     let mut evidence = Vec::new();
     for speed in wheel_speeds(loaded) {
         let proportion = compared(&speed.by_slot, &forward);
-        let Some(factor) = proportion.factor() else {
-            continue;
-        };
         let [wheel, odometry] = proportion.sizes();
-        if proportion.pairs >= FEWEST && wheel.max(odometry) > DRIVING {
-            factors.push(factor.abs());
+        if proportion.pairs < FEWEST || wheel.max(odometry) < DRIVING {
+            continue;
+        }
+        let factor = proportion.factor();
+        // a wheel that stands tells nothing, one that turns in no proportion contradicts the others
+        if factor.is_some() || wheel > DRIVING {
+            factors.push(factor.map(f64::abs));
+        }
+        if let Some(factor) = factor {
             evidence.push(say!(
                 "Wheel {}: the odometry is {} times radius times wheel velocity, over {} half seconds",
                 loaded.machine.wheels()[speed.wheel].name,
@@ -110,30 +119,34 @@ pub(super) fn scale(loaded: &LoadedLog) -> Option<GrossInput> {
     })
 }
 
-/// The median of the factors of the wheels, if most of them agree with it as far as slip allows. A unit is the same at every wheel:
-/// wheels that contradict each other slip, or are wrong one by one.
-fn agreed(factors: &[f64]) -> Option<f64> {
-    let factor = median(factors.iter().copied())?;
-    let agrees = |other: &&f64| (*other / factor).ln().abs() < LARGEST_PROPORTION.ln();
-    let agreeing = factors.iter().filter(agrees).count();
+/// The median of the factors of the wheels that turn, if most of them agree with it as far as slip allows. A unit is the same at every
+/// wheel: wheels that contradict each other slip, or are wrong one by one, as are those that have no factor.
+fn agreed(factors: &[Option<f64>]) -> Option<f64> {
+    let known = || factors.iter().flatten().copied();
+    let factor = median(known())?;
+    let agrees = |other: &f64| (*other / factor).ln().abs() < LARGEST_PROPORTION.ln();
+    let agreeing = known().filter(agrees).count();
     (2 * agreeing > factors.len()).then_some(factor)
 }
 
 /// Left and right wheel velocities that differ the wrong way round when the machine turns.
-pub(super) fn exchanged(loaded: &LoadedLog) -> Option<GrossInput> {
+pub(super) fn exchanged(loaded: &LoadedLog, rotations: &[FoundRotation]) -> Option<GrossInput> {
     let machine = &loaded.machine;
     let odometry = of(loaded, Sensor::Odometry)?;
     let imu = of(loaded, Sensor::Imu)?;
     if machine.imu().body != 0 {
         return None;
     }
-    let forward = forward_speeds(odometry);
+    let forward = forward_speeds(odometry, rotations);
     let mount = machine.imu().body_from_mount.rotation;
     let mut reader = imu.recording.reader();
-    let turn = slots::means(&imu.recording.stamps_ns, |at| {
+    let mut turn = slots::means(&imu.recording.stamps_ns, |at| {
         let sample = reader.sample(at);
         (mount * Vector3::new(sample[3], sample[4], sample[5])).z
     });
+    for rotation in rotations {
+        slots::leave_out(&mut turn, rotation.span_ns());
+    }
     let mut differences: BTreeMap<i64, f64> = BTreeMap::new();
     let speeds = wheel_speeds(loaded);
     // joint axes may point to either side: forward is positive
@@ -266,6 +279,7 @@ mod tests {
 
     #[test]
     fn a_unit_is_that_of_most_wheels() {
+        let agreed = |factors: &[f64]| agreed(&Vec::from_iter(factors.iter().copied().map(Some)));
         assert_eq!(agreed(&[]), None);
         assert_eq!(agreed(&[3.6]), Some(3.6));
         assert_eq!(agreed(&[0.474, 2.174]), None);
@@ -273,5 +287,11 @@ mod tests {
         // one of four slips
         assert_eq!(agreed(&[3.6, 0.5, 3.6, 3.6]), Some(3.6));
         assert_eq!(agreed(&[3.6, 0.5, 3.6, 0.5]), None);
+    }
+
+    #[test]
+    fn one_wheel_in_proportion_is_not_most_of_four_that_turn() {
+        assert_eq!(agreed(&[Some(17.0), None, None, None]), None);
+        assert_eq!(agreed(&[Some(3.6), None, Some(3.6), Some(3.6)]), Some(3.6));
     }
 }

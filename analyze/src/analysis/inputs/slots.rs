@@ -56,9 +56,25 @@ pub(super) fn pairs<'m>(
         .filter_map(|(slot, &value)| Some((value, *b.get(slot)?)))
 }
 
+/// Removes the slots of which a part lies in a time, first and last (ns).
+pub(super) fn leave_out(means: &mut BTreeMap<i64, f64>, [from_ns, to_ns]: [i64; 2]) {
+    let left_out = from_ns.div_euclid(LENGTH_NS)..=to_ns.div_euclid(LENGTH_NS);
+    means.retain(|slot, _| !left_out.contains(slot));
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_slot_is_left_out_if_a_part_of_it_is() {
+        let mut means: BTreeMap<i64, f64> = (-2..4).map(|slot| (slot, 1.0)).collect();
+        leave_out(&mut means, [-1, 600_000_000]);
+        assert_eq!(means.into_keys().collect::<Vec<_>>(), [-2, 2, 3]);
+        let mut means = BTreeMap::from([(0, 1.0), (1, 1.0)]);
+        leave_out(&mut means, [500_000_000, i64::MAX]);
+        assert_eq!(means.into_keys().collect::<Vec<_>>(), [0]);
+    }
 
     #[test]
     fn slots_hold_the_means_of_what_is_finite() {

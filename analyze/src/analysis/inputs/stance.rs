@@ -6,12 +6,13 @@ use std::ops::Range;
 use nalgebra::Vector3;
 use tipwatch_language::{say, word};
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::{State, Workspace, evaluate};
+use tipwatch_mechanics::{Placement, State, Workspace, evaluate};
 
 use super::windows::windows;
 use super::{GrossInput, GrossInputKind};
 use crate::base::estimated::EstimatedRows;
 use crate::base::number::short;
+use crate::events::FALL_RAD;
 use crate::events::support_words::edge_word;
 use crate::load::Standing;
 
@@ -30,6 +31,8 @@ const MOST_EARLIER: usize = 500;
 /// Negative load of the wheels off an edge, as a share of the weight, from which a machine cannot stay at rest for a
 /// second: it would turn about the edge by several degrees.
 const TIPPING_SHARE: f64 = 0.05;
+/// Longest time before a machine rests in which a fall of it is looked for (ns).
+const FALLS_NS: i64 = 10_000_000_000;
 
 /// The rows whose specific force is looked at: one in each of some windows of a second.
 pub(crate) fn looked_at(times_ns: &[i64]) -> Vec<usize> {
@@ -121,6 +124,10 @@ pub(super) fn rests_while_tipping(
             return None;
         }
     }
+    if fell(machine, backwards(machine, rows, window.start)) {
+        // it fell from the first row on: something caught it
+        return None;
+    }
     let weight = machine.mass() * machine.gravity();
     let mut least: Vec<f64> = vec![f64::NEG_INFINITY; machine.polygon().edges().len()];
     for row in [
@@ -170,6 +177,68 @@ pub(super) fn rests_while_tipping(
     })
 }
 
+/// The states from a row backwards, as long as they are known, with their times (ns).
+fn backwards(
+    machine: &Machine,
+    rows: &EstimatedRows,
+    from: usize,
+) -> impl Iterator<Item = (i64, State<f64>)> {
+    let first_ns = rows.times_ns[from].saturating_sub(FALLS_NS);
+    let is_known = move |row: &usize| {
+        rows.times_ns[*row] >= first_ns && !rows.reasons[*row].leave_state_unknown()
+    };
+    (0..=from).rev().take_while(is_known).map(move |row| {
+        let mut state = State::zero(machine);
+        rows.state(row, &mut state);
+        (rows.times_ns[row], state)
+    })
+}
+
+/// Whether a machine fell before it came to rest, by its states from there backwards: gyro and attitude turned together, while it went
+/// less far than a ramp takes to turn it, from one pair of wheels to the next.
+fn fell(machine: &Machine, mut backwards: impl Iterator<Item = (i64, State<f64>)>) -> bool {
+    let Some((mut last_ns, at_rest)) = backwards.next() else {
+        return false;
+    };
+    let place = |wheel: usize| machine.wheels()[wheel].centre_at_zero.xy();
+    let edges = machine.polygon().edges().iter();
+    let lengths = edges.map(|edge| (place(edge.to) - place(edge.from)).norm());
+    let shortest = lengths.fold(f64::INFINITY, f64::min);
+    let mut placement = Placement::new(machine);
+    let (mut turned, mut way) = (Vector3::zeros(), 0.0);
+    for (time_ns, state) in backwards {
+        let step_s = (last_ns - time_ns) as f64 * 1e-9;
+        last_ns = time_ns;
+        placement.place(&state);
+        turned += placement.angular_velocity * step_s;
+        way += speed(machine, &state) * step_s;
+        let is_on_the_spot = way < shortest;
+        if !is_on_the_spot {
+            return false;
+        }
+        let ups = at_rest.base.known_up().zip(state.base.known_up());
+        let inclined = ups.map_or(0.0, |(now, then)| now.angle(&then));
+        // about the normal it turns on its wheels
+        if turned.xy().norm() > FALL_RAD && inclined > FALL_RAD {
+            return true;
+        }
+    }
+    false
+}
+
+/// Returns the speed (m/s) of the wheel that turns least, or of the base by the odometry; NaN if neither is known. Wheels spin in a fall, but
+/// not all of them, and those of a machine that drives all turn.
+fn speed(machine: &Machine, state: &State<f64>) -> f64 {
+    let joints = machine.joints().iter().zip(&state.joints);
+    let by_wheels = joints.filter(|(joint, _)| joint.logged);
+    let by_wheels = by_wheels.filter_map(|(joint, motion)| {
+        let radius = machine.wheels()[joint.spins_wheel?].radius;
+        Some((motion.rate * radius).abs()).filter(|speed| speed.is_finite())
+    });
+    let least = by_wheels.reduce(f64::min);
+    least.unwrap_or_else(|| state.base.velocity.norm())
+}
+
 struct Scratch {
     state: State<f64>,
     workspace: Workspace<f64>,
@@ -206,4 +275,62 @@ fn quiet_windows(rows: &EstimatedRows) -> Vec<Range<usize>> {
     found
         .filter(|window| seconds(window) > 0.7 && window.clone().all(is_quiet))
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
+
+    use std::f64::consts::FRAC_PI_2;
+
+    use tipwatch_mechanics::machine::{LogFacts, MachineSpec};
+
+    use super::*;
+
+    /// States of a machine that turned by 14 degrees in a second and rests, from there backwards: as the gyro shows a share of the turn,
+    /// at a speed (m/s).
+    fn turned(machine: &Machine, shown: f64, speed: f64) -> Vec<(i64, State<f64>)> {
+        let rate = 14.0_f64.to_radians();
+        let imu_from_base = machine.imu().rotation_in_body().transpose();
+        let state = |step: i64| {
+            let angle = 19.0_f64.to_radians() - rate * 0.01 * step as f64;
+            let mut state = State::zero(machine);
+            state.base.up = Vector3::new(0.0, angle.sin(), angle.cos());
+            state.base.velocity = Vector3::x() * speed;
+            state.imu.angular_velocity = imu_from_base * Vector3::x() * (rate * shown);
+            for (joint, motion) in machine.joints().iter().zip(&mut state.joints) {
+                if let Some(wheel) = joint.spins_wheel {
+                    motion.rate = speed / machine.wheels()[wheel].radius;
+                }
+            }
+            (-step * 10_000_000, state)
+        };
+        (0..=100).map(state).collect()
+    }
+
+    #[test]
+    fn a_machine_that_turned_on_the_spot_fell_before_it_rested() {
+        let spec = include_str!("../../../../mechanics/tests/data/rigid.toml");
+        let urdf = include_str!("../../../../mechanics/tests/data/rigid.urdf");
+        let spec = MachineSpec::from_toml(spec, "rigid.toml").unwrap();
+        let machine = spec.check(urdf, "rigid.urdf", LogFacts::default()).unwrap();
+        let fell = |shown, speed| fell(&machine, turned(&machine, shown, speed).into_iter());
+        assert!(fell(1.0, 0.0));
+        assert!(!fell(1.0, 20.0), "on a ramp");
+        assert!(!fell(0.0, 0.0), "by the attitude alone");
+        assert!(!super::fell(&machine, std::iter::empty()));
+        // it turned on its wheels on a slope of 15 degrees, by 90 degrees
+        let imu_from_base = machine.imu().rotation_in_body().transpose();
+        let slope = 15.0_f64.to_radians();
+        let on_slope = (0..=100_i64).map(|step| {
+            let heading = FRAC_PI_2 * (1.0 - 0.01 * step as f64);
+            let mut state = State::zero(&machine);
+            let across = Vector3::new(heading.sin(), heading.cos(), 0.0) * slope.sin();
+            state.base.up = across + Vector3::z() * slope.cos();
+            state.base.velocity = Vector3::zeros();
+            state.imu.angular_velocity = imu_from_base * Vector3::z() * FRAC_PI_2;
+            (-step * 10_000_000, state)
+        });
+        assert!(!super::fell(&machine, on_slope));
+    }
 }

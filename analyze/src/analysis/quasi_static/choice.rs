@@ -108,9 +108,19 @@ pub(in crate::analysis) fn choose(
             it.key, it.stated, it.observed
         )
     }));
-    if !loaded.matched.sensors.actuators.is_empty() {
+    let joints = &loaded.machine.contact().actuated_joints;
+    let has = |is_rod: bool| {
+        let mut signals = loaded.matched.sensors.actuators.iter();
+        signals.any(|signal| joints[signal.joint].linkage().is_some() == is_rod)
+    };
+    if has(true) {
         notes.push(
             word!("Static rows do not use measured cylinder forces: the load split follows the split rule there.").into(),
+        );
+    }
+    if has(false) {
+        notes.push(
+            word!("Static rows use the measured loads of supports only at the stamps of their samples.").into(),
         );
     }
     Ok(Some(QuasiStatic {

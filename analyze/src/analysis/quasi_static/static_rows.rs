@@ -79,7 +79,7 @@ impl Widening for StaticRows {
             if !is_unobserved || !rows.reasons[row].leave_loads() {
                 continue;
             }
-            let sigmas: Vec<f64> = (places.wheels.iter())
+            let mut sigmas: Vec<f64> = (places.wheels.iter())
                 .map(|wheel| columns[wheel.otf_sigma][row])
                 .collect();
             if at.is_unobserved {
@@ -91,12 +91,24 @@ impl Widening for StaticRows {
                     }
                 }
             }
+            // measured forces are those of the row: from there to the next one the split rule divides the load
+            let is_measured = (state.actuator_force.iter()).any(|force| force.is_finite())
+                && state.follows_supports <= 0.0;
+            if is_measured {
+                state.actuator_force.fill(f64::NAN);
+                sigmas = loads.sigmas(machine, &state);
+            }
             let is_bounded = at.is_bounded && until.is_bounded;
             let reach = is_bounded.then(|| loads.reach(machine, &state, &until));
             for (wheel, reach) in reach.iter().flatten().enumerate() {
                 let (place, two_sigma) = (&places.wheels[wheel], 2.0 * sigmas[wheel]);
-                columns[place.least][row] = reach.least_otf - two_sigma;
-                columns[place.largest][row] = reach.largest_otf + two_sigma;
+                let mut band = [reach.least_otf - two_sigma, reach.largest_otf + two_sigma];
+                if is_measured {
+                    let two_sigma = 2.0 * columns[place.otf_sigma][row];
+                    let otf = columns[place.otf][row];
+                    band = around(band, [otf - two_sigma, otf + two_sigma]);
+                }
+                [columns[place.least][row], columns[place.largest][row]] = band;
             }
             let utilisation = largest_utilisation(machine, |wheel| {
                 let place = &places.wheels[wheel];
@@ -111,6 +123,15 @@ impl Widening for StaticRows {
 
     fn failure(&self) -> Option<String> {
         self.failure.get().cloned()
+    }
+}
+
+/// The band that contains two bands (N). Where one of them is unknown, so is it.
+fn around(one: [f64; 2], other: [f64; 2]) -> [f64; 2] {
+    let are_known = one.iter().chain(&other).all(|end| !end.is_nan());
+    match are_known {
+        true => [one[0].min(other[0]), one[1].max(other[1])],
+        false => [f64::NAN; 2],
     }
 }
 
@@ -151,6 +172,21 @@ impl Places {
                     largest: at(Quantity::OtfBetweenLargest(wheel)),
                 })
                 .collect(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_unknown_of_one_band_stays_unknown() {
+        assert_eq!(around([-1.0, 2.0], [0.0, 3.0]), [-1.0, 3.0]);
+        for unknown in [[f64::NAN; 2], [f64::NAN, 1.0], [0.0, f64::NAN]] {
+            for band in [around(unknown, [0.0, 3.0]), around([0.0, 3.0], unknown)] {
+                assert!(band.iter().all(|end| end.is_nan()), "{band:?}");
+            }
         }
     }
 }

@@ -12,6 +12,8 @@ use super::super::estimate::first_posture;
 use super::super::evaluation::{self, OtherModels};
 use super::super::ground::MovedGround;
 use super::super::provenance::commissioning;
+use super::super::rotations;
+use super::super::standing_rows::{StandingRows, min_loads};
 use super::super::task::Task;
 use super::super::verdicts;
 use super::estimate::{EstimatedLog, SampleFindings};
@@ -21,7 +23,7 @@ use crate::base::options::Estimator;
 use crate::base::support_sets::SupportSets;
 use crate::base::table::Table;
 use crate::base::verdicts::{MonitorRecord, ProofRecord};
-use crate::events::{FoundRotation, Turning};
+use crate::events::{FoundRotation, Stories, Turning};
 
 /// The table of a log.
 pub(in crate::analysis) struct EvaluatedLog {
@@ -72,8 +74,8 @@ impl EvaluatedLog {
             rows.add_reason(&falls, Reason::SupportsUnknown);
         }
         // the causal estimator follows them itself, and the smoother knows nothing of what was before
-        let inherits_doubts =
-            options.estimator == Estimator::Smoother && !loaded.signal_doubts.inherited.is_empty();
+        let inherits_doubts = options.estimator == Estimator::Smoother
+            && !loaded.signal_doubts.inherited.doubts.is_empty();
         let record = match scope.sensitivities {
             true => verdicts::monitor_record(&task.log, inherits_doubts)?,
             false => MonitorRecord::default(),
@@ -93,8 +95,10 @@ impl EvaluatedLog {
         let mut table = Table::new(named, rows, scope, &model, record)
             .rotating(rotating)
             .supposing(!task.is_recorded())
+            .turning_by_gyro(loaded.matched.sensors.imu)
             .resting_on(ProofRecord {
                 needed,
+                measured_supports: machine.measured_supports(&loaded.matched.sensors),
                 commissioned,
                 shown: std::mem::take(&mut quality.shown),
             });
@@ -115,6 +119,19 @@ impl EvaluatedLog {
                 samples.note_on_ground = ground.note(table.times_ns[0]).map(Note::from);
                 table.widen_by(Arc::new(ground));
             }
+        }
+        if options.estimator == Estimator::Smoother && !rotations.is_empty() {
+            let rotated = {
+                let standing = StandingRows::all(named, &table, min_loads);
+                let stories = Stories {
+                    machine: named,
+                    table: &table,
+                    scope,
+                    rotations: &rotations,
+                };
+                rotations::told(&stories, &standing, &prepared.measured_loads)
+            };
+            table.rotated(rotated);
         }
         let others = match &prepared.on_supports {
             Some(_) => OtherModels::none(),

@@ -14,7 +14,7 @@ use super::super::notes::{Assumptions, NotedLog, Notes, UnusedMessages};
 use super::super::provenance::provenance;
 use super::super::result::InputNoise;
 use super::super::sensitivity::{SensitivityPass, SensitivityTable};
-use super::super::standing_rows::StandingRows;
+use super::super::standing_rows::{StandingRows, min_loads};
 use super::super::study::StudiedLog;
 use super::super::task::Task;
 use super::super::unstated_load::{self, ExplainedFall};
@@ -27,9 +27,6 @@ use crate::analysis::{Analysis, Coverage, Input, Sources};
 use crate::base::table::Table;
 use crate::events::{self, Event, FoundRotation, LowestOtf, ShownBy, Stories};
 use crate::load::LoadedLog;
-
-/// Default limit of a light wheel, as a share of its static load.
-const DEFAULT_MIN_LOAD_SHARE: f64 = 0.05;
 
 /// Computes all rows once, block by block, and studies them. The sink that `begin` makes receives the blocks.
 ///
@@ -138,8 +135,7 @@ pub(in crate::analysis) fn study<S: RowSink>(
     let monte_carlo = drawn.map(|drawn| drawn.finish(machine, found.bands));
     let inputs = inputs(&loaded, &samples);
     let clock = Clocks::new(&loaded.signals, samples.clock);
-    let shown = samples.quality.shown.last();
-    let of_zeros = shown.and_then(|(_, shown)| found.signs.of_zeros(&loaded.machine, *shown));
+    let of_zeros = found.signs.of_zeros(&loaded.machine, table.shown());
     // those that concern every number first
     let told: [&dyn Notes; 18] = [
         &found.mounting,
@@ -191,6 +187,7 @@ pub(in crate::analysis) fn study<S: RowSink>(
         gross_inputs: samples.gross_inputs,
         rows: table,
         digest: found.digest,
+        torques: found.torques,
         margins: found.margins,
         coverage,
         min_loads_n,
@@ -263,19 +260,6 @@ impl Told<'_> {
         let (standing, sensitivities) = (self.standing.get(place)?, sensitivities.get(place)?);
         advise(standing, events, lowest, sensitivities.as_ref()?, postures)
     }
-}
-
-/// The load below which each wheel is light (N); `None` if it depends on unknown static loads.
-fn min_loads(machine: &Machine) -> Option<Vec<f64>> {
-    let (limits, static_load) = (machine.limits(), &machine.reference().static_load);
-    if let Some(load) = limits.min_load {
-        return Some(vec![load; static_load.len()]);
-    }
-    let share = limits.min_load_share.unwrap_or(DEFAULT_MIN_LOAD_SHARE);
-    static_load
-        .iter()
-        .all(|load| load.is_finite())
-        .then(|| static_load.iter().map(|load| load * share).collect())
 }
 
 /// The events of the rows and those without a lead time, in order. Of a machine on its side, nothing is light.

@@ -1,7 +1,7 @@
 //! The equations of a fall, and their errors without those of the machine's parameters.
 
 use nalgebra::{DMatrix, DVector};
-use tipwatch_mechanics::{Axis, Parameter};
+use tipwatch_mechanics::{Parameter, signal_errors};
 
 use super::amounts::{Computed, RowState, Scene, Unstated};
 use super::rows::FallRows;
@@ -21,6 +21,8 @@ const UNEXPLAINED_S: f64 = 1.0;
 const UNEXPLAINED_FACTORS: [f64; 4] = [0.1, 0.3, 1.0, 3.0];
 const UNEXPLAINED_SHARE: f64 = 0.2;
 const UNEXPLAINED_LEAN: f64 = 1.0;
+/// Change of a signal by which derivatives are taken (in its unit).
+const SIGNAL_STEP: f64 = 1e-4;
 
 /// Estimate that an equation belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,9 +46,11 @@ pub(super) struct Equation {
 pub(super) struct Equations {
     pub(super) rows: Vec<RowState>,
     pub(super) all: Vec<Equation>,
-    /// Standard deviations by equation: of white noise, of the noise of estimated accelerations, of the model.
+    /// Standard deviations by equation: of white noise, of the noise of the estimated state, of the model.
     white: Vec<f64>,
     signals: Vec<f64>,
+    /// Error by the lag of the estimated state, by equation. Where a motion turns round, so does what lags behind it.
+    lag: Vec<f64>,
     model: Vec<f64>,
     /// Standard deviation of the errors that no explanation has, by equation.
     unexplained: Vec<f64>,
@@ -121,6 +125,7 @@ impl Equations {
             all,
             white: Vec::new(),
             signals: Vec::new(),
+            lag: Vec::new(),
             model: Vec::new(),
             unexplained: Vec::new(),
         };
@@ -166,7 +171,8 @@ impl Equations {
             .map(|sigma| sigma * error.factor)
             .collect();
         let mut sum = self.correlated(&model, error.time_s, error.shape)
-            + self.correlated(&self.signals, NOISE_S, rough);
+            + self.correlated(&self.signals, NOISE_S, rough)
+            + self.correlated(&self.lag, NOISE_S, rough);
         for (place, sigma) in self.white.iter().enumerate() {
             sum[(place, place)] += sigma * sigma;
         }
@@ -208,7 +214,7 @@ impl Equations {
 
     fn set_noise(&mut self, scene: &Scene<'_>) {
         let computed = scene.computed(&self.rows, &[]);
-        let by_signals = self.moment_sigmas_by_signals(scene, &computed);
+        let by_signals = self.moment_errors_by_signals(scene, &computed);
         let squares = self.rows.iter().map(|row| row.lean_rad.norm_squared());
         let leaning = self.count(Part::Lean).max(1) as f64;
         let lean_rms = (squares.sum::<f64>() / leaning).sqrt();
@@ -224,9 +230,10 @@ impl Equations {
         for equation in &self.all {
             let weight = computed[equation.row].normal_n.abs();
             let mean_load = weight / wheels.len() as f64;
-            let [white, signals, model, unexplained] = match equation.part {
+            let [white, signals, lag, model, unexplained] = match equation.part {
                 Part::Lean => [
                     LEAN_NOISE_RAD,
+                    0.0,
                     0.0,
                     LEAN_SHARE * lean_rms,
                     UNEXPLAINED_LEAN * lean_rms,
@@ -234,45 +241,140 @@ impl Equations {
                 Part::Onset | Part::Fall => {
                     let model = share * mean_load * squares.sqrt();
                     let unexplained = UNEXPLAINED_SHARE * weight * 0.5 * track;
-                    [0.1 * model, by_signals[equation.row], model, unexplained]
+                    let [signals, lag] = by_signals[equation.row];
+                    [0.1 * model, signals, lag, model, unexplained]
                 }
             };
             self.white.push(white);
             self.signals.push(signals);
+            self.lag.push(lag);
             self.model.push(model);
             self.unexplained.push(unexplained);
         }
     }
 
-    /// Standard deviation of the moment of each row by the noise of the estimated state (N m).
-    fn moment_sigmas_by_signals(&self, scene: &Scene<'_>, computed: &[Computed]) -> Vec<f64> {
-        let mut variances = vec![0.0; self.rows.len()];
-        let mut add = |signal: Parameter, variance: &dyn Fn(&RowState) -> f64| {
-            let changed = scene.computed(&self.rows, &[(Unstated::Parameter(signal), 1.0)]);
-            for (place, row) in self.rows.iter().enumerate() {
-                let by = changed[place].moment_nm - computed[place].moment_nm;
-                let variance = variance(row);
-                if variance > 0.0 {
-                    variances[place] += by * by * variance;
-                }
+    /// Returns the standard deviation of the moment of each row by the noise of the estimated state, and its error by the lag, with its
+    /// sign (N m): of positions and velocities as well as of accelerations. What lags behind a motion lags together.
+    fn moment_errors_by_signals(&self, scene: &Scene<'_>, computed: &[Computed]) -> Vec<[f64; 2]> {
+        let derivatives = Parameter::all(scene.machine).into_iter().map(|parameter| {
+            let varies = parameter.is_signal() || matches!(parameter, Parameter::PayloadMass(_));
+            if !varies {
+                return vec![0.0; self.rows.len()];
             }
+            let step = (Unstated::Parameter(parameter), SIGNAL_STEP);
+            let changed = scene.computed(&self.rows, &[step]);
+            let by = changed.iter().zip(computed);
+            let by = by.map(|(changed, now)| (changed.moment_nm - now.moment_nm) / SIGNAL_STEP);
+            // what cannot be evaluated with a change is not known to matter
+            by.map(|by| if by.is_finite() { by } else { 0.0 }).collect()
+        });
+        let derivatives: Vec<Vec<f64>> = derivatives.collect();
+        let of_row = |(place, row): (usize, &RowState)| {
+            let of_row: Vec<f64> = derivatives.iter().map(|by| by[place]).collect();
+            let mut state = row.state.clone();
+            // the bias is constant: a nuisance
+            state.noise.accelerometer_bias.covariance_change = [0.0; 6];
+            signal_errors(scene.machine, &state, &of_row)
         };
-        for axis in Axis::ALL {
-            add(Parameter::AngularAcceleration(axis), &|row| {
-                let lag = row.state.lag.angular_acceleration[axis as usize];
-                row.state.noise.turning[2] + lag * lag
-            });
-            add(Parameter::SpecificForce(axis), &|row| {
-                let lag = row.state.lag.specific_force[axis as usize];
-                row.state.noise.specific_force + lag * lag
-            });
-        }
-        for joint in 0..scene.machine.joints().len() {
-            add(Parameter::JointAcceleration(joint), &|row| {
-                let lag = row.state.lag.joints[joint];
-                row.state.noise.joint.second + lag * lag
-            });
-        }
-        variances.into_iter().map(f64::sqrt).collect()
+        self.rows.iter().enumerate().map(of_row).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
+
+    use nalgebra::{Vector2, Vector3};
+    use tipwatch_mechanics::State;
+    use tipwatch_mechanics::machine::{LogFacts, MachineSpec};
+
+    use super::*;
+
+    const LEFT: usize = 1;
+
+    /// Returns the error of the moment by the lag that `set` gives a turning machine, and the change of the moment by what
+    /// `change` adds to its state (N m).
+    fn error_and_change(
+        set: impl Fn(&mut State<f64>),
+        change: impl Fn(&mut State<f64>),
+    ) -> [f64; 2] {
+        let spec = include_str!("../../../../mechanics/tests/data/rigid.toml");
+        let urdf = include_str!("../../../../mechanics/tests/data/rigid.urdf");
+        let spec = MachineSpec::from_toml(spec, "rigid.toml").unwrap();
+        let machine = spec.check(urdf, "rigid.urdf", LogFacts::default()).unwrap();
+        let scene = Scene {
+            machine: &machine,
+            edge: LEFT,
+            load: machine.load_on_tool(),
+            lean: None,
+        };
+        let mut state = State::zero(&machine);
+        state.base.up = Vector3::z();
+        state.imu.specific_force = Vector3::z() * machine.gravity();
+        state.imu.angular_velocity = Vector3::new(0.6, 0.3, 0.4);
+        set(&mut state);
+        let row = RowState {
+            time_ns: 0,
+            time_s: 0.0,
+            state,
+            load_place: Vector3::zeros(),
+            outward: Vector3::y(),
+            rotation_rad: 0.0,
+            lean_rad: Vector2::zeros(),
+        };
+        let mut changed = row.clone();
+        change(&mut changed.state);
+        let rows = [row, changed];
+        let moments = scene.computed(&rows, &[]);
+        let [row, _] = rows;
+        let rows = FallRows {
+            onset: Vec::new(),
+            fall: vec![row],
+            lean: Vec::new(),
+            no_lean: None,
+            has_attitude: true,
+        };
+        let equations = Equations::new(&scene, rows, false);
+        [
+            equations.lag[0],
+            moments[1].moment_nm - moments[0].moment_nm,
+        ]
+    }
+
+    #[test]
+    fn an_angular_velocity_that_lags_is_an_error_of_the_moment() {
+        let lag = Vector3::new(1e-3, -2e-3, 3e-3);
+        let [error, change] = error_and_change(
+            |state| state.lag.angular_velocity = lag,
+            |state| state.imu.angular_velocity += lag,
+        );
+        assert!(change != 0.0, "{change}");
+        assert!((error / change - 1.0).abs() < 0.02, "{error}, {change}");
+    }
+
+    #[test]
+    fn what_lags_turns_round_with_the_motion() {
+        let lag = Vector3::new(1e-2, 1e-2, -1e-2);
+        let none = |_: &mut State<f64>| {};
+        let [there, _] = error_and_change(|state| state.lag.angular_acceleration = lag, none);
+        let [back, _] = error_and_change(|state| state.lag.angular_acceleration = -lag, none);
+        assert!(there != 0.0 && there == -back, "{there}, {back}");
+    }
+
+    /// The lag of one motion is one error: about two axes it is the sum with their signs.
+    #[test]
+    fn what_lags_together_errs_together() {
+        let lag = Vector3::new(1e-2, 1e-2, -1e-2);
+        let [error, change] = error_and_change(
+            |state| {
+                state.lag.angular_acceleration = lag;
+                state.lag.specific_force = lag;
+            },
+            |state| {
+                state.imu.angular_acceleration += lag;
+                state.imu.specific_force += lag;
+            },
+        );
+        assert!((error / change - 1.0).abs() < 0.02, "{error}, {change}");
     }
 }

@@ -1,7 +1,7 @@
 //! The explanations that are tried, and how each is fitted.
 
 use nalgebra::{DMatrix, DVector};
-use tipwatch_mechanics::machine::{LinkGroup, Machine, Unknown};
+use tipwatch_mechanics::machine::{LinkGroup, Machine, Proof, Proofs, Unknown};
 use tipwatch_mechanics::{Axis, Parameter};
 
 use super::amounts::{Amounts, Scene, Unstated};
@@ -314,8 +314,13 @@ pub(super) struct Problem<'a> {
     pub(super) nuisances: &'a Nuisances,
 }
 
-/// All explanations that can be tried.
-pub(super) fn trials(scene: &Scene<'_>, equations: &Equations, onset_ns: i64) -> Vec<Trial> {
+/// All explanations that can be tried: no other sign of a signal that is proven.
+pub(super) fn trials(
+    scene: &Scene<'_>,
+    equations: &Equations,
+    onset_ns: i64,
+    proven: Proofs,
+) -> Vec<Trial> {
     let machine = scene.machine;
     let mut all = vec![Trial::new("stated_machine", None)];
     if scene.load.is_some() {
@@ -348,9 +353,11 @@ pub(super) fn trials(scene: &Scene<'_>, equations: &Equations, onset_ns: i64) ->
         let position = Unstated::Parameter(Parameter::JointPosition(joint));
         let offset = Trial::new("encoder_offset", name());
         all.push(offset.fitting("offset", unit, position, sigma));
-        let mut reversed = Trial::new("encoder_sign", name());
-        reversed.fixed = vec![(Unstated::Reversed(Parameter::JointPosition(joint)), 1.0)];
-        all.push(reversed);
+        if !proven.has(Proof::Joint(joint)) {
+            let mut reversed = Trial::new("encoder_sign", name());
+            reversed.fixed = vec![(Unstated::Reversed(Parameter::JointPosition(joint)), 1.0)];
+            all.push(reversed);
+        }
         if let Some(since_ns) = stopped_since(equations, joint, onset_ns) {
             let stopped = Unstated::Stopped {
                 joint,
@@ -361,12 +368,15 @@ pub(super) fn trials(scene: &Scene<'_>, equations: &Equations, onset_ns: i64) ->
             all.push(trial.fitting("way", unit, stopped, sigma));
         }
     }
-    for signal in [Parameter::SpecificForce, Parameter::AngularVelocity] {
+    for proof in [Proof::SpecificForce, Proof::AngularVelocity] {
+        if proven.has(proof) {
+            continue;
+        }
+        let (sensor, signal): (_, fn(Axis) -> Parameter) = match proof {
+            Proof::SpecificForce => ("specific_force", Parameter::SpecificForce),
+            _ => ("angular_velocity", Parameter::AngularVelocity),
+        };
         for axis in Axis::ALL {
-            let sensor = match signal(axis) {
-                Parameter::SpecificForce(_) => "specific_force",
-                _ => "angular_velocity",
-            };
             let name = format!("{sensor}_{}", axis.name());
             let mut reversed = Trial::new("imu_sign", Some(name));
             reversed.fixed = vec![(Unstated::Reversed(signal(axis)), 1.0)];
@@ -405,4 +415,56 @@ fn heaviest(machine: &Machine, group: LinkGroup) -> Option<usize> {
     of_group
         .max_by(|a, b| a.1.inertia.mass.total_cmp(&b.1.inertia.mass))
         .map(|(place, _)| place)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
+
+    use tipwatch_mechanics::machine::{LogFacts, MachineSpec};
+
+    use super::super::rows::FallRows;
+    use super::*;
+
+    #[test]
+    fn no_sign_that_is_proven_is_an_explanation() {
+        let spec = include_str!("../../../../mechanics/tests/data/rigid.toml");
+        let urdf = include_str!("../../../../mechanics/tests/data/rigid.urdf");
+        let spec = MachineSpec::from_toml(spec, "rigid.toml").unwrap();
+        let machine = spec.check(urdf, "rigid.urdf", LogFacts::default()).unwrap();
+        let scene = Scene {
+            machine: &machine,
+            edge: 1,
+            load: machine.load_on_tool(),
+            lean: None,
+        };
+        let rows = FallRows {
+            onset: Vec::new(),
+            fall: Vec::new(),
+            lean: Vec::new(),
+            no_lean: None,
+            has_attitude: true,
+        };
+        let equations = Equations::new(&scene, rows, false);
+        let signs = |proven: Proofs| -> Vec<String> {
+            let trials = trials(&scene, &equations, 0, proven).into_iter();
+            let signs = trials.filter(|trial| trial.kind.ends_with("_sign"));
+            signs.filter_map(|trial| trial.subject).collect()
+        };
+        let of_gyro = |signs: &[String]| signs.iter().any(|sign| sign.contains("angular_velocity"));
+        let of_slew = |signs: &[String]| signs.iter().any(|sign| sign == "slew");
+        let all = signs(Proofs::NONE);
+        assert!(of_gyro(&all) && of_slew(&all), "{all:?}");
+        let slew = machine
+            .joints()
+            .iter()
+            .position(|it| it.name == "slew")
+            .unwrap();
+        let proven = [Proof::AngularVelocity, Proof::Joint(slew)]
+            .into_iter()
+            .collect();
+        let left = signs(proven);
+        assert!(!of_gyro(&left) && !of_slew(&left), "{left:?}");
+        assert_eq!(left.len() + 4, all.len());
+    }
 }

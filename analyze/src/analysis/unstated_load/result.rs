@@ -39,6 +39,13 @@ impl ExplainedFall {
         self.told().is_none_or(|told| told.kind == "stated_machine")
     }
 
+    /// Whether a load or a force outwards on the tool explains the rotation, that the machine file does not state.
+    pub(crate) fn has_unstated_load(&self) -> bool {
+        let is_load = |told: &Explanation| matches!(told.kind, "load_on_tool" | "force_on_tool");
+        let loaded = self.told().filter(|told| is_load(told));
+        loaded.is_some_and(|told| told.amounts.first().is_some_and(|it| it.value > 0.0))
+    }
+
     /// The machine as stated among the explanations.
     pub(crate) fn stated(&self) -> Option<&Explanation> {
         let mut all = self.explanations.iter();

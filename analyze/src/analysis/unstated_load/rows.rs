@@ -8,6 +8,7 @@ use tipwatch_mechanics::{Placement, State};
 use super::amounts::RowState;
 use super::fall::Fall;
 use crate::base::table::Table;
+use crate::events::drives;
 
 /// Largest rotation that is used (rad): beyond it the tyre's shoulder carries, at a place that is hardly known.
 const LARGEST_RAD: f64 = 0.35;
@@ -18,8 +19,6 @@ const AT_ONSET_S: f64 = 0.03;
 /// Most rows of each part.
 const MOST_FALL_ROWS: usize = 40;
 const MOST_LEAN_ROWS: usize = 30;
-/// Faster than this a machine drives (m/s): the ground leans it, too.
-const DRIVES_M_PER_S: f64 = 0.1;
 /// A machine that was caught rotates less than half as fast within this time (s). What caught it is a force from outside,
 /// which the estimated accelerations show for this time before (s).
 const STOPS_S: f64 = 0.15;
@@ -79,7 +78,7 @@ impl<'a> Reader<'a> {
         let mut rotating = self.row_states(onset_row..until);
         self.measure_rotation(&mut rotating);
         let is_free = caught_s(&rotating).map(|at_s| at_s - CAUGHT_S);
-        let has_attitude = rotating.first().is_some_and(|row| has_up(&row.state));
+        let has_attitude = rotating.first().is_some_and(has_up);
         let largest = (rotating.iter()).fold(0.0, |most: f64, row| most.max(row.rotation_rad));
         let begins_s = (2.0 * self.fall.onset_sigma_s()).max(AT_ONSET_S);
         let ends = rotating
@@ -138,7 +137,10 @@ impl<'a> Reader<'a> {
             first -= 1;
         }
         let mut rows = self.row_states(first..last);
-        let stood = rows.iter().rev().take_while(|row| self.stands(&row.state));
+        let stood = rows
+            .iter()
+            .rev()
+            .take_while(|row| !drives(self.machine, &row.state));
         let stood = stood.count();
         if rows.len() < 2 {
             return Err(word!("the log begins with the lift").into());
@@ -149,22 +151,6 @@ impl<'a> Reader<'a> {
         rows.drain(..rows.len() - stood);
         self.measure_lean(&mut rows);
         Ok(thinned(rows, MOST_LEAN_ROWS))
-    }
-
-    /// Whether the machine stands in a state for certain.
-    fn stands(&self, state: &State<f64>) -> bool {
-        let joints = self.machine.joints().iter().zip(&state.joints);
-        let by_wheels = joints.filter_map(|(joint, motion)| {
-            let radius = self.machine.wheels()[joint.spins_wheel?].radius;
-            Some((motion.rate * radius).abs())
-        });
-        let by_odometry = Some(state.base.velocity.norm());
-        let speeds = by_wheels
-            .chain(by_odometry)
-            .filter(|speed| speed.is_finite());
-        speeds
-            .reduce(f64::max)
-            .is_some_and(|speed| speed <= DRIVES_M_PER_S)
     }
 
     /// The end of the rows that can be read without a gap.
@@ -189,10 +175,7 @@ impl<'a> Reader<'a> {
         let edge = &self.machine.polygon().edges()[self.fall.edge];
         let contacts = &self.placement.contacts;
         let across = (contacts[edge.to] - contacts[edge.from]).cross(&self.placement.normal);
-        let up = match has_up(&state) {
-            true => state.base.up,
-            false => self.placement.normal,
-        };
+        let up = state.base.known_up().unwrap_or(self.placement.normal);
         let outward = (across - up * across.dot(&up)).try_normalize(0.0)?;
         let load_place = self.load.map_or_else(Vector3::zeros, |load| {
             self.placement.point(load.body, &load.place)
@@ -232,7 +215,7 @@ impl<'a> Reader<'a> {
             return Vec::new();
         };
         let (mut sum, mut last_s) = (Vector3::zeros(), before.time_s);
-        let has_attitude = rows.iter().all(|row| has_up(&row.state));
+        let has_attitude = rows.iter().all(has_up);
         let of = |row: &RowState| {
             if has_attitude {
                 // base axes turn under a fixed direction, which therefore turns the other way in them
@@ -270,8 +253,8 @@ fn caught_s(rotating: &[RowState]) -> Option<f64> {
     (slowest < 0.5 * fastest).then_some(at_s)
 }
 
-fn has_up(state: &State<f64>) -> bool {
-    state.base.up.iter().all(|c| c.is_finite())
+fn has_up(row: &RowState) -> bool {
+    row.state.base.known_up().is_some()
 }
 
 /// Selects `most` rows at most, evenly spread, the first and the last among them.

@@ -36,6 +36,11 @@ pub(crate) fn falls(table: &Table, events: &[Event]) -> Vec<Fall> {
         .filter(|event| event.other_edge().is_none())
         .collect();
     tippings.sort_by(|a, b| rotation(b).total_cmp(&rotation(a)));
+    // a tipping that went on to a tip-over is as unseen as that
+    let is_shown = |event: &Event| {
+        let begins = |it: &&Event| it.subject == event.subject && it.start_ns == event.start_ns;
+        !events.iter().filter(begins).any(Event::hides_onset)
+    };
     let fall = |event: &&Event| {
         let machine = table.machine_at(table.at(event.start_ns))?;
         let edge = machine.edge_named(&event.subject)?;
@@ -47,7 +52,7 @@ pub(crate) fn falls(table: &Table, events: &[Event]) -> Vec<Fall> {
         is_its_line.then(|| Fall {
             edge,
             onset_ns: event.start_ns,
-            onset_in_log: !event.is_under_way,
+            onset_in_log: is_shown(event),
             onset_sigma_s: event.start_sigma_s,
             until_ns: event.end_ns.unwrap_or(i64::MAX),
         })
@@ -145,7 +150,7 @@ fn explained(
         equations: &equations,
         nuisances: &nuisances,
     };
-    let trials = trials(&scene, &equations, fall.onset_ns);
+    let trials = trials(&scene, &equations, fall.onset_ns, table.proven());
     let fitted: Vec<Option<Fitted>> = trials
         .iter()
         .map(|trial| {

@@ -72,13 +72,21 @@ impl<'a> Incident<'a> {
     /// The gravest event, facts first, of which it was asked whether it would have happened otherwise.
     pub(in crate::report) fn asked(&self) -> Option<&'a Event> {
         let events = self.events.iter().copied();
-        let asked = events.filter(|event| !event.counterfactuals.is_empty());
+        let asked =
+            events.filter(|event| !event.counterfactuals.is_empty() && self.is_of_gravest(event));
         asked.min_by_key(|event| (!event.is_fact(), rank(event.kind), event.start_ns))
     }
 
-    /// Whether an event of the incident is in a span (ns).
-    pub(in crate::report) fn overlaps(&self, span_ns: [i64; 2]) -> bool {
-        self.events.iter().any(|event| event.overlaps(span_ns))
+    /// Whether an event goes on until the gravest begins, or nearly: one that was over before is another story.
+    fn is_of_gravest(&self, event: &Event) -> bool {
+        let is_over = |end_ns: i64| end_ns.saturating_add(MERGED_NS) < self.gravest().start_ns;
+        !event.end_ns.is_some_and(is_over)
+    }
+
+    /// Whether the gravest event, or one that goes on until it begins, has causes.
+    pub(in crate::report) fn has_causes(&self) -> bool {
+        let mut events = self.events.iter();
+        events.any(|event| event.causes.is_some() && self.is_of_gravest(event))
     }
 
     pub(in crate::report) fn start_ns(&self) -> i64 {
@@ -143,7 +151,9 @@ impl<'a> Incident<'a> {
 
     /// The event with causes of a loss of load that leads here: that of the gravest, else of the next.
     pub(in crate::report) fn with_causes(&self) -> Option<&'a Event> {
-        let lost = |event: &&&Event| event.causes.as_ref().is_some_and(EventCauses::is_loss);
+        let lost = |event: &&&Event| {
+            event.causes.as_ref().is_some_and(EventCauses::is_loss) && self.is_of_gravest(event)
+        };
         let known = self.events.iter().filter(lost);
         known
             .min_by_key(|event| (!event.is_fact(), rank(event.kind), event.start_ns))
@@ -311,6 +321,42 @@ mod tests {
         };
         assert_eq!(asked(0.3), Some(EventKind::WheelLift));
         assert_eq!(asked(0.9), Some(EventKind::EdgeTipping));
+    }
+
+    #[test]
+    fn what_was_over_before_the_fall_does_not_tell_its_causes() {
+        let causes = || {
+            Some(EventCauses {
+                since_ns: 0,
+                since_is_steady: true,
+                at_ns: 0,
+                otf_before_n: 100.0,
+                otf_n: 0.0,
+                shares: Vec::new(),
+            })
+        };
+        let mut events = [
+            event(EventKind::WheelLight, "fl", [1, 9]),
+            event(EventKind::EdgeTipping, "right", [2, 3]),
+            event(EventKind::TipOver, "right", [6, 9]),
+        ];
+        events[1].causes = causes();
+        events[1].counterfactuals = vec![Counterfactual {
+            supposed: Supposition::LevelGround,
+            posture_ns: None,
+            base_rests: true,
+            reply: Reply::default(),
+        }];
+        let found = incidents(&events);
+        assert_eq!(found.len(), 1);
+        assert!(found[0].with_causes().is_none());
+        assert!(found[0].asked().is_none());
+        assert!(!found[0].has_causes());
+        events[0].causes = causes();
+        let found = incidents(&events);
+        assert!(found[0].has_causes());
+        let kind = found[0].with_causes().map(|event| event.kind);
+        assert_eq!(kind, Some(EventKind::WheelLight));
     }
 
     #[test]

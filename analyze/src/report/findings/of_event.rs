@@ -7,7 +7,7 @@ use super::enumerated;
 use super::scene::Scene;
 use crate::events::support_words::edge_word;
 use crate::events::{
-    Counterfactual, Event, EventCauses, EventKind, MeasuredRotation, ShownBy, Supposition,
+    Counterfactual, Event, EventCauses, EventKind, MeasuredRotation, NO_LEAN, ShownBy, Supposition,
 };
 use crate::page::{input_in_words, number, percent, probability, readable, short, with_unit};
 use crate::report::faults;
@@ -45,10 +45,9 @@ impl Scene {
         if let Some(measured) = &event.measured_rotation {
             evidence.extend(self.measured_rotation(event, measured));
         }
-        if let Some(lead_s) = event.lead_s {
+        if let Some((lead_s, from)) = self.lead(event) {
             evidence.push(say!(
-                "Lead time: {lead_s:.2} s after the first {} that stayed below its load limit fell below it",
-                self.word.one
+                "Lead time: {lead_s:.2} s after {from} fell below its load limit and stayed there"
             ));
         }
         if event.split_dependent == Some(true) {
@@ -367,6 +366,7 @@ pub(in crate::report) fn input_list(subjects: &[String]) -> String {
             Some(edge) if !is_english() => {
                 say!("loads below zero off the {} edge", edge_word(edge))
             }
+            _ if subject == NO_LEAN => word!("loads without the lean that they cause").into(),
             _ => input_in_words(subject),
         }
     });
@@ -503,6 +503,7 @@ mod tests {
     fn lead_time_and_doubt_are_evidence() {
         let doubtful = Event {
             lead_s: Some(0.4),
+            lead_from: Some("fl".into()),
             certainty: Some(0.98),
             certainty_any_split: Some(0.0),
             load_range_n: Some([0.0, 5300.0]),
@@ -522,7 +523,7 @@ mod tests {
             finding.evidence,
             [
                 "Minimum overturning force (OTF): -80.0 N, at t = 2.75 s",
-                "Lead time: 0.40 s after the first wheel that stayed below its load limit fell below it",
+                "Lead time: 0.40 s after wheel FL fell below its load limit and stayed there",
                 "Equilibrium leaves the split of the load between the wheels open: 0 to 5300 N on this wheel, \
                  at t = 2.75 s",
                 "To decide it: weighing the wheels where the machine stood"

@@ -159,7 +159,7 @@ impl Scene {
             EventKind::InputGap | EventKind::InputFault => input_in_words(&event.subject),
             EventKind::EdgeTipping | EventKind::TipOver => match event.other_edge() {
                 Some(other) => say!("{} or {}", edge_word(&event.subject), edge_word(other)),
-                None => edge_word(&event.subject).to_owned(),
+                None => edge_word(&event.subject).into_owned(),
             },
         }
     }
@@ -167,6 +167,12 @@ impl Scene {
     /// The wheel or other support of an event with the word for it: "wheel FL", "support ORR".
     pub(in crate::report) fn support(&self, event: &Event) -> String {
         format!("{} {}", self.word_of(&[event]).one, self.subject(event))
+    }
+
+    /// The lead time of an event (s), and the wheel or other support that it counts from: "wheel FL".
+    pub(in crate::report) fn lead(&self, event: &Event) -> Option<(f64, String)> {
+        let from = self.wheel(event.lead_from.as_ref()?)?;
+        Some((event.lead_s?, from.named()))
     }
 
     /// Names the load that falls to zero at an event: the OTF of a wheel, or that off an edge, which the wheels on its other side

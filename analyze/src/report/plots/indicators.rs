@@ -58,7 +58,7 @@ impl Plotter<'_> {
         for (index, edge) in self.analysis.machine.polygon().edges().iter().enumerate() {
             let curve = Curve::Result(kind(index));
             if self.is_known(curve) {
-                figure.add(self.curve(index, edge_word(&edge.name), curve));
+                figure.add(self.curve(index, &edge_word(&edge.name), curve));
             }
         }
         if figure.has_traces() {

@@ -3,7 +3,7 @@
 use tipwatch_language::{message, say, told, word};
 use tipwatch_mechanics::machine::{Ground, NoteKind};
 use tipwatch_mechanics::state::Reason;
-use tipwatch_mechanics::{Parameter, Quantity};
+use tipwatch_mechanics::{MachineSpec, Parameter, Quantity};
 
 use super::doubted::doubted;
 use crate::analysis::Analysis;
@@ -11,7 +11,7 @@ use crate::analysis::calendar::Calendar;
 use crate::analysis::sensitivity::SensitivityTable;
 use crate::events::split_rule::{is_stated, measured_forces, sharing, split_rule};
 use crate::events::support_words::SupportWord;
-use crate::events::{Bound, Event, EventKind, EventTimes, ShownBy, TIP_OVER_RAD};
+use crate::events::{Answer, Bound, Event, EventKind, EventTimes, ShownBy, TIP_OVER_RAD};
 use crate::page::{band, capital, number, percent, probability, with_band};
 use crate::report::deciding::Deciding;
 use crate::report::explanations;
@@ -26,6 +26,8 @@ const MOST_NEXT: usize = 2;
 const UNEVEN_M: f64 = 0.1;
 /// Most losses told.
 const MOST_LOST: usize = 2;
+/// Most gaps of signals told, the longest first.
+const MOST_GAPS: usize = 3;
 /// From this probability on a step is told without it.
 const SURE: f64 = 0.95;
 
@@ -165,6 +167,11 @@ fn tipped_over(analysis: &Analysis) -> String {
         };
         return say!("Yes, about the {edge} edge, {at}: its tilt grew by at least {tilt}.{unseen}");
     }
+    if let Some(event) = open_tip_over(analysis.events.iter())
+        && (event.measured_rotation.is_some() || nothing_known(analysis).is_none())
+    {
+        return may_have_tipped(&scene, event);
+    }
     if let Some(unknown) = nothing_known(analysis) {
         return unknown;
     }
@@ -196,8 +203,35 @@ fn tipped_over(analysis: &Analysis) -> String {
     }
 }
 
-/// States that nothing tipped over in a scope, as the end of a sentence.
+/// The likeliest rotation as far as that of a tip-over of which it is open whether the machine tipped, or the ground gave way under
+/// it.
+pub(super) fn open_tip_over<'a>(events: impl Iterator<Item = &'a Event>) -> Option<&'a Event> {
+    let open = events.filter(|event| {
+        let is_open = event.is_open() || Answer::of(event.certainty) == Answer::Open;
+        event.kind == EventKind::TipOver && !event.is_fact() && is_open
+    });
+    open.max_by(|a, b| {
+        let [a, b] = [a, b].map(|event| event.certainty.unwrap_or(0.0));
+        a.total_cmp(&b)
+    })
+}
+
+/// Tells a rotation of which it is open whether the machine tipped over.
+pub(super) fn may_have_tipped(scene: &Scene, event: &Event) -> String {
+    say!(
+        "Not known whether the machine tipped over: the platform rotated by at least {} about the {} edge from {}; the probability that the machine tipped over is {}.",
+        at_least_degrees(event),
+        scene.subject(event),
+        scene.start(event),
+        event.certainty.map_or(word!("unknown").into(), probability)
+    )
+}
+
+/// States that nothing tipped over in a scope, unless that is open, as the end of a sentence.
 pub(super) fn no_tip_over(analysis: &Analysis, scope: &str) -> String {
+    if open_tip_over(analysis.events.iter()).is_some() {
+        return word!("whether the machine tipped over is not known").into();
+    }
     // what turns over shows that to gyro or attitude, whatever the loads are
     let is_excluded = || in_band::are_known(analysis) && in_band::lifts(analysis).is_empty();
     match is_watched(analysis) || is_excluded() {
@@ -525,13 +559,13 @@ fn hangs_on(analysis: &Analysis, incidents: &[Incident<'_>]) -> Option<String> {
         .min_loads_n
         .as_ref()
         .map(|limits| limits[found.worst_wheel]);
-    // a lift that begins with a rotation about an edge is dated by that
+    // a lift that begins with a rotation about an edge is dated by that, and a lead may count from another wheel
     let all = || incidents.iter().flat_map(|it| &it.events);
     let is_by_rotation = |lift: &&Event| {
         all().any(|it| it.kind == EventKind::EdgeTipping && it.start_ns == lift.start_ns)
     };
     let lead_s = lift
-        .filter(|lift| !is_by_rotation(lift))
+        .filter(|lift| !is_by_rotation(lift) && lift.lead_from.as_ref() == Some(&lift.subject))
         .and_then(|event| event.lead_s);
     let shift = lead_s.filter(|lead_s| *lead_s > 0.0).zip(limit_n);
     let shift_s = shift.map(|(lead_s, limit_n)| change_n * lead_s / limit_n);
@@ -646,14 +680,25 @@ fn lost(analysis: &Analysis) -> String {
                 .map(|line| format!("{line}.")),
         ),
     }
-    let gaps = analysis
-        .events
-        .iter()
-        .filter(|event| event.kind == EventKind::InputGap);
-    match gaps.count() {
-        0 => {}
-        1 => sentences.push(word!("One signal has a gap.").into()),
-        count => sentences.push(say!("Signals have {count} gaps.")),
+    let mut gaps: Vec<&Event> = of_kind(analysis, EventKind::InputGap).collect();
+    gaps.sort_by_key(|gap| gap.start_ns.saturating_sub(gap.end_ns.unwrap_or(i64::MAX)));
+    let more = gaps.len().saturating_sub(MOST_GAPS);
+    let named = gaps.iter().take(MOST_GAPS).map(|gap| {
+        let (subject, from_s) = (scene.subject(gap), scene.seconds(gap.start_ns));
+        match gap.end_ns {
+            Some(end_ns) => say!(
+                "{subject} from t = {from_s:.2} to {:.2} s",
+                scene.seconds(end_ns)
+            ),
+            None => say!("{subject} from t = {from_s:.2} s on"),
+        }
+    });
+    let mut named: Vec<String> = named.collect();
+    if more > 0 {
+        named.push(say!("and {more} more"));
+    }
+    if !named.is_empty() {
+        sentences.push(say!("Without data: {}.", named.join(", ")));
     }
     let loads = unstated_load::known_loads(analysis);
     sentences.push(match analysis.coverage.on_side_s > 0.0 {
@@ -680,11 +725,17 @@ fn lost(analysis: &Analysis) -> String {
 /// Describes whether sensors were commissioned and the machine was weighed.
 fn readiness(analysis: &Analysis) -> String {
     let commissioned = &analysis.provenance.commissioning;
-    let weighed = match analysis.machine.identified() {
-        Some(_) => word!("its parameters were identified from measurements (see Limitations)"),
-        None => {
-            word!("its masses are those of the machine file: no measurement has corrected them")
+    let weighed = match (analysis.machine.identified(), weighings(analysis)) {
+        (Some(_), _) => {
+            word!("its parameters were identified from measurements (see Limitations)").into()
         }
+        (None, 0) => {
+            word!("its masses are those of the machine file: no measurement has corrected them")
+                .into()
+        }
+        (None, count) => say!(
+            "weighed (weighings in the machine file: {count}); its masses are those of the machine file: tipwatch check-machine compares them with the weighings"
+        ),
     };
     let mut notes = analysis.notes.iter();
     let guessed = match notes.any(|note| note.kind == NoteKind::Unconfirmed) {
@@ -692,6 +743,29 @@ fn readiness(analysis: &Analysis) -> String {
         false => "",
     };
     say!("Commissioning: {commissioned}; {weighed}.{guessed}")
+}
+
+/// Number of weighings in the machine file.
+fn weighings(analysis: &Analysis) -> usize {
+    let spec = MachineSpec::from_toml(&analysis.sources.machine_file, "machine file");
+    let weighed = spec.ok().and_then(|spec| spec.weighed);
+    weighed.map_or(0, |weighed| weighed.weighings().len())
+}
+
+/// The overturning force (OTF) of the support of an event at a time, with its band (N); the number alone without one, and of an
+/// edge.
+pub(super) fn otf_with_band(analysis: &Analysis, event: &Event, at_ns: i64, otf_n: f64) -> String {
+    let is_of_support = matches!(event.kind, EventKind::WheelLight | EventKind::WheelLift);
+    let wheel = analysis.machine.wheel_named(&event.subject);
+    let sigma_n = wheel.filter(|_| is_of_support).map(|wheel| {
+        let row = analysis.rows.at(at_ns);
+        let found = analysis.rows.window(row..row + 1);
+        found.value(Quantity::OtfSigma(wheel), 0)
+    });
+    match sigma_n.filter(|sigma_n| sigma_n.is_finite()) {
+        Some(sigma_n) => with_band(otf_n, 2.0 * sigma_n),
+        None => number(otf_n),
+    }
 }
 
 /// The load of a wheel at a row, with its band.
@@ -727,7 +801,7 @@ fn assumptions(analysis: &Analysis) -> String {
                 .into()
         }
     };
-    let measured = measured_forces(&analysis.machine);
+    let measured = measured_forces(&analysis.machine, analysis.torques.rows_by_forces);
     let measured = measured.map_or(String::new(), |of| {
         say!("by the measured forces of {of}, elsewhere ")
     });
@@ -770,6 +844,24 @@ mod tests {
     fn what_cannot_be_excluded_is_not_excluded() {
         assert_eq!(none(None, true), "None in this log.");
         assert_eq!(none(None, false), "None as computed.");
+    }
+
+    #[test]
+    fn a_tip_over_as_likely_as_not_is_open() {
+        let event = |kind, certainty| Event {
+            certainty: Some(certainty),
+            ..Event::blank(kind, 0, "right".into())
+        };
+        let found = |events: &[Event]| open_tip_over(events.iter()).map(|event| event.certainty);
+        let half = event(EventKind::TipOver, 0.499_95);
+        let less = event(EventKind::TipOver, 0.2);
+        assert_eq!(found(&[less, half]), Some(Some(0.499_95)));
+        let fact = event(EventKind::TipOver, 0.9999);
+        let unlikely = event(EventKind::TipOver, 1e-6);
+        assert_eq!(
+            found(&[fact, unlikely, event(EventKind::EdgeTipping, 0.4)]),
+            None
+        );
     }
 
     #[test]

@@ -50,7 +50,13 @@ pub(super) fn figures(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
     let (first, end) = (at(from_s), at(to_s) + 1);
     let window = rows.window(first..end.min(rows.len()));
     let curves = Curves::of(analysis, &window, incident);
-    let onset_s = seconds(gravest.start_ns);
+    let mark = Mark {
+        at_s: seconds(gravest.start_ns),
+        caption: match gravest.hides_onset() {
+            true => word!("t [s]; dashed upright: first shown"),
+            false => word!("t [s]; dashed upright: onset"),
+        },
+    };
     let span = (from_s, to_s.max(from_s + 0.1));
     let loads = match unstated_load::contradicts(analysis, gravest) {
         true => word!("Loads of the stated machine, without the fall ± 2 σ [N]"),
@@ -61,10 +67,10 @@ pub(super) fn figures(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
     };
     html! {
         div.grid.four {
-            (chart(loads, &curves.loads, span, onset_s, true))
-            (chart(word!("Roll and pitch [°]"), &curves.attitude, span, onset_s, false))
-            (chart(word!("Speed [m/s]"), &curves.speed, span, onset_s, false))
-            (chart(word!("Yaw rate [°/s]"), &curves.yaw_rate, span, onset_s, false))
+            (chart(loads, &curves.loads, span, &mark, true))
+            (chart(word!("Roll and pitch [°]"), &curves.attitude, span, &mark, false))
+            (chart(word!("Speed [m/s]"), &curves.speed, span, &mark, false))
+            (chart(word!("Yaw rate [°/s]"), &curves.yaw_rate, span, &mark, false))
         }
     }
 }
@@ -162,7 +168,13 @@ fn wheels(analysis: &Analysis, incident: &Incident<'_>) -> Vec<usize> {
     chosen
 }
 
-fn chart(title: &str, curves: &[Named], span: (f64, f64), onset_s: f64, from_zero: bool) -> Markup {
+/// The dashed upright: the onset, or of a fall whose onset the log does not show the first row that shows it.
+struct Mark {
+    at_s: f64,
+    caption: &'static str,
+}
+
+fn chart(title: &str, curves: &[Named], span: (f64, f64), mark: &Mark, from_zero: bool) -> Markup {
     let values = || {
         let points = curves.iter().flat_map(|(_, points)| points);
         points
@@ -188,7 +200,7 @@ fn chart(title: &str, curves: &[Named], span: (f64, f64), onset_s: f64, from_zer
             .map(|&(t, value, half)| (t, (value - half).max(low), value + half));
         chart.area(&band.collect::<Vec<_>>(), "band");
     }
-    chart.mark_up(onset_s, "event");
+    chart.mark_up(mark.at_s, "event");
     let mut names: Vec<(f64, &str, &str)> = Vec::new();
     for (index, (name, points)) in curves.iter().enumerate() {
         let class = LINES[index % LINES.len()];
@@ -211,6 +223,6 @@ fn chart(title: &str, curves: &[Named], span: (f64, f64), onset_s: f64, from_zer
             chart.label_y(value, &value.to_string());
         }
     }
-    chart.caption_x(word!("t [s]; dashed upright: onset"));
+    chart.caption_x(mark.caption);
     chart.finish()
 }

@@ -133,8 +133,10 @@ fn steps(analysis: &Analysis, scene: &Scene, incident: &Incident<'_>) -> Vec<Ste
 /// Start, band and lead time.
 fn note(scene: &Scene, event: &Event) -> String {
     let start = scene.start(event);
-    match event.lead_s {
-        Some(lead_s) => say!("from {start}, lead time {lead_s:.2} s"),
+    match scene.lead(event) {
+        Some((lead_s, from)) => {
+            say!("from {start}, lead time {lead_s:.2} s ({from} light)")
+        }
         None => say!("from {start}"),
     }
 }

@@ -18,7 +18,7 @@ use crate::analysis::calendar::Calendar;
 use crate::base::file_hash::FileHash;
 use crate::base::options::ModelKind;
 use crate::events::support_words::SupportWord;
-use crate::events::{Answer, Event, EventCauses};
+use crate::events::{Answer, Bound, Event, EventCauses};
 use crate::page::{facts, number, probability, readable, table, whole};
 
 /// A chance of the same event by another evaluation, from which a reader must know that it is another.
@@ -45,7 +45,7 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
             @if let Some(incident) = gravest {
                 (course::figure(analysis, incident))
                 (around::figures(analysis, incident))
-                @if incident.gravest().is_under_way {
+                @if incident.gravest().hides_onset() {
                     div { h3 { (word!("Causes")) } p { (Event::onset_not_shown()) } }
                 } @else {
                     div.columns { (causes(analysis, incident)) (otherwise(analysis, incident)) (prevented(analysis, incident)) }
@@ -78,7 +78,7 @@ fn machine(analysis: &Analysis, gravest: Option<&Incident<'_>>) -> Markup {
     };
     let scene = Scene::of(analysis);
     let what = match gravest {
-        Some(event) if event.is_under_way => say!(
+        Some(event) if event.hides_onset() => say!(
             "at the first sample that shows the fall: {}",
             scene.step(event)
         ),
@@ -93,10 +93,11 @@ fn machine(analysis: &Analysis, gravest: Option<&Incident<'_>>) -> Markup {
     let row_s = analysis.rows.seconds(row);
     // the onset lies between two rows
     let onset = gravest.map(|event| (event, analysis.rows.seconds_at(event.start_ns)));
-    let onset = onset.filter(|(_, onset_s)| is_shown_otherwise(*onset_s, row_s));
-    let onset = onset.map_or(String::new(), |(event, onset_s)| match event.is_under_way {
-        true => say!("; it began at {}", scene.start(event)),
-        false => say!("; it began at t = {:.2} s", onset_s),
+    let onset = onset.filter(|(event, onset_s)| {
+        is_shown_otherwise(*onset_s, row_s) || event.start_bound == Bound::AtOrBefore
+    });
+    let onset = onset.map_or(String::new(), |(event, _)| {
+        say!("; it began at {}", scene.start(event))
     });
     html! {
         h3 { (say!("The machine {what}, t = {:.2} s{time}", row_s)) (onset) }
@@ -115,9 +116,13 @@ fn causes(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
         .with_causes()
         .and_then(|event| Some((event, event.causes.as_ref()?)))
     else {
-        let why = match incident.events.iter().any(|event| event.causes.is_some()) {
+        let has_others = || incident.events.iter().any(|event| event.causes.is_some());
+        let why = match incident.has_causes() {
             true => word!(
                 "No load was lost between a moment before it and its beginning: the log does not show what took it."
+            ),
+            false if has_others() => word!(
+                "The loads just before its beginning are not known: the log does not show what took the load."
             ),
             false if analysis.options.model == ModelKind::WholeBody => word!(
                 "The log has no loads from before its beginning: it does not show what took the load."
@@ -141,8 +146,8 @@ fn causes(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
         scene.seconds(causes.since_ns),
         scene.seconds(causes.at_ns),
         scene.otf_of(event),
-        number(causes.otf_before_n),
-        number(causes.otf_n)
+        answers::otf_with_band(analysis, event, causes.since_ns, causes.otf_before_n),
+        answers::otf_with_band(analysis, event, causes.at_ns, causes.otf_n)
     );
     html! {
         div {
@@ -208,11 +213,12 @@ fn otherwise(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
     }
 }
 
-/// Renders the changes that would have prevented the incident; nothing where they were simulated over another incident.
+/// Renders the changes that would have prevented the incident; nothing where they were simulated over another incident, or over
+/// what was over before its gravest event began.
 fn prevented(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
     let advice = analysis.advice.as_ref();
     let span_ns = advice.map(|advice| [advice.event_start_ns, advice.event_end_ns]);
-    match span_ns.is_none_or(|span_ns| incident.overlaps(span_ns)) {
+    match span_ns.is_none_or(|span_ns| incident.gravest().overlaps(span_ns)) {
         true => prevention::brief(analysis),
         false => html! {},
     }

@@ -3,10 +3,10 @@
 use tipwatch_language::{say, word};
 use tipwatch_mechanics::{Quantity, State};
 
-use super::answers::{self, condition, doubt, reserve};
+use super::answers::{self, condition, doubt, otf_with_band, reserve};
 use crate::analysis::Analysis;
 use crate::events::{Bound, Event, EventKind, ShownBy};
-use crate::page::{capital, number, with_band};
+use crate::page::{capital, with_band};
 use crate::report::findings::{Incident, Scene, enumerated, findings};
 
 /// Most wheels that are told to have left the ground after the first ones.
@@ -64,7 +64,11 @@ fn before(
     let at_first = causes.map(|(event, causes)| {
         let at_s = scene.seconds(causes.since_ns);
         let is_of_support = matches!(event.kind, EventKind::WheelLight | EventKind::WheelLift);
-        let load = is_of_support.then(|| (scene.support(event), number(causes.otf_before_n)));
+        let load = is_of_support.then(|| {
+            let otf_n = causes.otf_before_n;
+            let load_n = otf_with_band(analysis, event, causes.since_ns, otf_n);
+            (scene.support(event), load_n)
+        });
         let text = match causes.since_is_steady {
             true => {
                 let steady = steady(analysis, causes.since_ns);
@@ -175,9 +179,13 @@ fn course(scene: &Scene, incident: &Incident<'_>) -> String {
         EventKind::EdgeTipping,
         EventKind::TipOver,
     ];
-    // a tip-over is an edge tipping that went on
+    // a tip-over is an edge tipping that went on, where that is the first one
+    let tipping = incident.first(EventKind::EdgeTipping);
+    let went_on = |over: &Event| {
+        tipping.is_some_and(|it| it.subject == over.subject && it.start_ns == over.start_ns)
+    };
     let steps = steps.into_iter().filter(|kind| match kind {
-        EventKind::TipOver => incident.first(EventKind::EdgeTipping).is_none(),
+        EventKind::TipOver => !incident.first(EventKind::TipOver).is_some_and(went_on),
         _ => true,
     });
     let mut events: Vec<&Event> = steps.filter_map(|kind| incident.first(kind)).collect();
@@ -246,6 +254,9 @@ fn course(scene: &Scene, incident: &Incident<'_>) -> String {
 fn outcome(analysis: &Analysis, scene: &Scene, incident: &Incident<'_>) -> String {
     if let Some(event) = incident.first(EventKind::TipOver) {
         return tipped(scene, event);
+    }
+    if let Some(event) = answers::open_tip_over(incident.events.iter().copied()) {
+        return answers::may_have_tipped(scene, event);
     }
     let told = |is_told: fn(EventKind) -> bool| -> Vec<&Event> {
         let facts = incident.events.iter().copied();

@@ -28,7 +28,7 @@ const MOST_LONGER: f64 = 2.0;
 /// Quantity of a log that describes its machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, EnumIter, IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
-pub(in crate::screen) enum Quantity {
+pub(in crate::screen) enum ComparedQuantity {
     /// The worst margin (share of the static load); smaller is worse.
     WorstMargin,
     /// Share of the computable time below the notice level; larger is worse.
@@ -37,7 +37,7 @@ pub(in crate::screen) enum Quantity {
     LiftedShare,
 }
 
-impl Quantity {
+impl ComparedQuantity {
     /// The least difference that matters.
     fn relevant(self) -> f64 {
         match self {
@@ -82,7 +82,7 @@ pub(in crate::screen) enum Verdict {
 pub(in crate::screen) struct Comparison {
     pub(in crate::screen) machine: String,
     pub(in crate::screen) against: Against,
-    pub(in crate::screen) quantity: Quantity,
+    pub(in crate::screen) quantity: ComparedQuantity,
     pub(in crate::screen) verdict: Verdict,
     /// First day after the change, for a comparison with its history.
     pub(in crate::screen) since: Option<Day>,
@@ -134,7 +134,7 @@ struct Log<'a> {
     day: Option<Day>,
     duration_s: f64,
     sigma: Option<f64>,
-    values: BTreeMap<Quantity, f64>,
+    values: BTreeMap<ComparedQuantity, f64>,
 }
 
 impl<'a> Log<'a> {
@@ -148,14 +148,20 @@ impl<'a> Log<'a> {
         let computable_s = facts.coverage.computable_s;
         let exposed = (facts.exposure.exposed_s).filter(|_| computable_s > 0.0);
         let values = [
-            (Quantity::WorstMargin, worst.map(|worst| worst.margin)),
-            (Quantity::ExposedShare, exposed.map(|s| s / computable_s)),
             (
-                Quantity::LiftedShare,
+                ComparedQuantity::WorstMargin,
+                worst.map(|worst| worst.margin),
+            ),
+            (
+                ComparedQuantity::ExposedShare,
+                exposed.map(|s| s / computable_s),
+            ),
+            (
+                ComparedQuantity::LiftedShare,
                 exposed.map(|_| lifted(events).0 / computable_s),
             ),
         ];
-        let known = |(quantity, value): (Quantity, Option<f64>)| {
+        let known = |(quantity, value): (ComparedQuantity, Option<f64>)| {
             Some((quantity, value.filter(|value| value.is_finite())?))
         };
         Some(Self {
@@ -186,7 +192,7 @@ pub(in crate::screen) fn comparisons(rows: &[LogRow], min_valid: f64) -> Vec<Com
         .collect();
     let few = |days: &&Vec<Days<'_>>| days.len() >= 2 * LEAST_SEGMENT;
     let needed = days_needed(histories.values().filter(few).count());
-    let quantities: Vec<Quantity> = Quantity::iter().collect();
+    let quantities: Vec<ComparedQuantity> = ComparedQuantity::iter().collect();
     let mut history: Vec<Family> = histories
         .par_iter()
         .flat_map_iter(|(machine, days)| {
@@ -240,7 +246,7 @@ type Family = Vec<Raw>;
 /// Gives each change in a history its probability. How much days resemble each other is hardly known from those of one machine:
 /// it is taken to be at least as much as in the fleet, of the same quantity and direction.
 fn judge_changes(history: &mut [Family]) {
-    let mut of_each: BTreeMap<(Quantity, Option<bool>), Vec<f64>> = BTreeMap::new();
+    let mut of_each: BTreeMap<(ComparedQuantity, Option<bool>), Vec<f64>> = BTreeMap::new();
     for raw in history.iter().flatten() {
         let found = of_each.entry((raw.comparison.quantity, raw.direction));
         found
@@ -313,14 +319,14 @@ fn days_of<'a>(logs: &[&'a Log<'a>]) -> Vec<Days<'a>> {
 
 /// Combines the values of logs: the middle of their margins, but the share of all their time.
 fn together<'a>(
-    quantity: Quantity,
+    quantity: ComparedQuantity,
     middle: fn(&[f64]) -> Option<f64>,
     logs: impl Iterator<Item = &'a &'a Log<'a>> + Clone,
 ) -> Option<f64> {
     let known = logs.filter_map(|log| Some((log.duration_s, *log.values.get(&quantity)?)));
     match quantity {
-        Quantity::WorstMargin => middle(&known.map(|(_, value)| value).collect::<Vec<_>>()),
-        Quantity::ExposedShare | Quantity::LiftedShare => {
+        ComparedQuantity::WorstMargin => middle(&known.map(|(_, value)| value).collect::<Vec<_>>()),
+        ComparedQuantity::ExposedShare | ComparedQuantity::LiftedShare => {
             let (all_s, share_s) = known.fold((0.0, 0.0), |(all_s, share_s), (log_s, value)| {
                 (all_s + log_s, share_s + log_s * value)
             });
@@ -345,7 +351,7 @@ fn came_with_the_analysis(earlier: &[DayValue<'_>], since: &[DayValue<'_>]) -> b
 
 /// Fewest days in which a complete change of one machine in one quantity would be sure among this many machines.
 fn days_needed(machines: usize) -> usize {
-    let corrected = (Quantity::iter().count() * machines.max(1)) as f64;
+    let corrected = (ComparedQuantity::iter().count() * machines.max(1)) as f64;
     let is_enough = |days: &usize| least_chance(*days) * corrected <= MOST_FALSE;
     (2 * LEAST_SEGMENT..1000).find(is_enough).unwrap_or(1000)
 }
@@ -359,7 +365,12 @@ struct DayValue<'a> {
 
 /// The days of a machine since they changed most with the days before: logs of one day are of one site and one driver, and
 /// count once. One comparison looks for worse days, one for better ones.
-fn with_history(machine: &str, days: &[Days<'_>], quantity: Quantity, needed: usize) -> (Raw, Raw) {
+fn with_history(
+    machine: &str,
+    days: &[Days<'_>],
+    quantity: ComparedQuantity,
+    needed: usize,
+) -> (Raw, Raw) {
     let known = days.iter().filter_map(|(day, logs)| {
         Some(DayValue {
             day: *day,
@@ -429,7 +440,7 @@ fn with_history(machine: &str, days: &[Days<'_>], quantity: Quantity, needed: us
 struct Typical<'a> {
     kind: Option<&'a str>,
     /// Number of logs with a value, and what they say together.
-    values: BTreeMap<Quantity, (usize, Option<f64>)>,
+    values: BTreeMap<ComparedQuantity, (usize, Option<f64>)>,
     /// Of the uncertainties of the margins; `None` if one is unknown.
     sigma: Option<f64>,
     duration_s: Option<f64>,
@@ -438,14 +449,14 @@ struct Typical<'a> {
 impl<'a> Typical<'a> {
     fn of(logs: &[&'a Log<'a>]) -> Self {
         let machine = (logs.first()).and_then(|log| log.record.machine.as_ref());
-        let values = Quantity::iter().map(|quantity| {
+        let values = ComparedQuantity::iter().map(|quantity| {
             let known = logs.iter().filter(|log| log.values.contains_key(&quantity));
             (
                 quantity,
                 (known.count(), together(quantity, median, logs.iter())),
             )
         });
-        let with_margin = |log: &&&Log<'_>| log.values.contains_key(&Quantity::WorstMargin);
+        let with_margin = |log: &&&Log<'_>| log.values.contains_key(&ComparedQuantity::WorstMargin);
         let sigmas: Option<Vec<f64>> = (logs.iter().filter(with_margin))
             .map(|log| log.sigma)
             .collect();
@@ -466,7 +477,9 @@ struct OfType {
     durations: Sorted,
 }
 
-fn types<'a>(machines: &BTreeMap<&str, Typical<'a>>) -> BTreeMap<(&'a str, Quantity), OfType> {
+fn types<'a>(
+    machines: &BTreeMap<&str, Typical<'a>>,
+) -> BTreeMap<(&'a str, ComparedQuantity), OfType> {
     let mut types: BTreeMap<_, (Vec<f64>, Vec<f64>)> = BTreeMap::new();
     for machine in machines.values() {
         for (&quantity, &(count, value)) in &machine.values {
@@ -488,8 +501,8 @@ fn types<'a>(machines: &BTreeMap<&str, Typical<'a>>) -> BTreeMap<(&'a str, Quant
 fn with_type(
     machine: &str,
     own: &Typical<'_>,
-    types: &BTreeMap<(&str, Quantity), OfType>,
-    quantity: Quantity,
+    types: &BTreeMap<(&str, ComparedQuantity), OfType>,
+    quantity: ComparedQuantity,
 ) -> Option<Raw> {
     let own_type = own.kind?;
     let (count, mine) = own.values[&quantity];
@@ -528,10 +541,10 @@ fn with_type(
     }
     // the uncertainty of a margin is that of the machine file, which all logs of the machine share
     let sigma = match quantity {
-        Quantity::WorstMargin => own.sigma,
+        ComparedQuantity::WorstMargin => own.sigma,
         // A share has no stated uncertainty. It is known no better than the least difference that matters, also where the
         // others do not differ at all, as machines that never lift a wheel.
-        Quantity::ExposedShare | Quantity::LiftedShare => Some(quantity.relevant()),
+        ComparedQuantity::ExposedShare | ComparedQuantity::LiftedShare => Some(quantity.relevant()),
     };
     let durations = all.durations.without(own.duration_s);
     let chance = comparable(quantity, own.duration_s, durations.median()).and_then(|()| {
@@ -551,12 +564,12 @@ fn with_type(
 }
 
 /// Whether logs of these durations (s) can be compared in a quantity.
-fn comparable(quantity: Quantity, a: Option<f64>, b: Option<f64>) -> Result<(), String> {
+fn comparable(quantity: ComparedQuantity, a: Option<f64>, b: Option<f64>) -> Result<(), String> {
     let (Some(a), Some(b)) = (a, b) else {
         return Err(word!("no durations").into());
     };
     let is_similar = a <= MOST_LONGER * b && b <= MOST_LONGER * a;
-    match quantity != Quantity::WorstMargin || is_similar {
+    match quantity != ComparedQuantity::WorstMargin || is_similar {
         true => Ok(()),
         false => Err(say!(
             "the logs last {a:.0} s and {b:.0} s (medians): longer logs reach smaller margins"
@@ -564,7 +577,7 @@ fn comparable(quantity: Quantity, a: Option<f64>, b: Option<f64>) -> Result<(), 
     }
 }
 
-fn empty(machine: &str, against: Against, quantity: Quantity) -> Comparison {
+fn empty(machine: &str, against: Against, quantity: ComparedQuantity) -> Comparison {
     Comparison {
         machine: machine.into(),
         against,

@@ -3,4 +3,6 @@
 mod comparisons;
 mod statistics;
 
-pub(super) use comparisons::{Against, Comparison, MOST_FALSE, Quantity, Verdict, comparisons};
+pub(super) use comparisons::{
+    Against, ComparedQuantity, Comparison, MOST_FALSE, Verdict, comparisons,
+};

@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 use tipwatch_language::{decimals, say, word};
 
-use super::seen::{Seen, exposed as exposed_in_words, exposed_s, listed_machines};
+use super::analysed_log::{AnalysedLog, exposed as exposed_in_words, exposed_s, listed_machines};
 use crate::page::svg::{Chart, round_up};
 use crate::page::{Bar, bars, logs as in_logs, percent, readable, table, time};
 use crate::policy::facts::{EXPOSURE_CAUSES, HISTOGRAM_EDGES};
@@ -12,7 +12,7 @@ use crate::policy::facts::{EXPOSURE_CAUSES, HISTOGRAM_EDGES};
 const BINS: usize = HISTOGRAM_EDGES.len() + 1;
 const BIN_WIDTH: f64 = 0.05;
 
-pub(super) fn margins(seen: &[Seen<'_>]) -> Option<Markup> {
+pub(super) fn margins(seen: &[AnalysedLog<'_>]) -> Option<Markup> {
     if seen.is_empty() {
         return None;
     }
@@ -96,7 +96,7 @@ fn finish(mut chart: Chart, top: f64) -> Markup {
     chart.finish()
 }
 
-pub(super) fn causes(seen: &[Seen<'_>]) -> Markup {
+pub(super) fn causes(seen: &[AnalysedLog<'_>]) -> Markup {
     let all = by_cause(seen);
     let Some((exposed, is_unknown_of_some)) = exposed_s(seen) else {
         return html! { p { (word!("The margin of no log is known, and so no time below the notice level.")) } };
@@ -147,7 +147,7 @@ pub(super) fn causes(seen: &[Seen<'_>]) -> Markup {
 }
 
 /// Exposure to each cause over all logs (s).
-fn by_cause(seen: &[Seen<'_>]) -> Vec<f64> {
+fn by_cause(seen: &[AnalysedLog<'_>]) -> Vec<f64> {
     let mut sums = vec![0.0; EXPOSURE_CAUSES.len()];
     let exposures = seen.iter().map(|log| &log.facts.exposure);
     for by_cause in exposures.filter_map(|exposure| exposure.exposed_by_cause_s.as_ref()) {

@@ -8,8 +8,8 @@ use maud::{Markup, html};
 use serde::Serialize;
 use tipwatch_language::{is_english, message, say, told, word};
 
+use super::analysed_log::log_link;
 use super::ranking::{Group, Ranked};
-use super::seen::log_link;
 use crate::analysis::margin::Moment;
 use crate::events::EventKind;
 use crate::events::LEAST_OF_A_FACT;
@@ -234,7 +234,7 @@ fn row(ranked: &Ranked<'_>) -> Vec<Markup> {
 }
 
 /// The cause with the most exposure, as a place in [`EXPOSURE_CAUSES`].
-fn main_cause(log: &super::seen::Seen<'_>) -> Option<usize> {
+fn main_cause(log: &super::analysed_log::AnalysedLog<'_>) -> Option<usize> {
     let seconds = log.facts.exposure.exposed_by_cause_s.as_ref()?;
     let most = seconds
         .iter()

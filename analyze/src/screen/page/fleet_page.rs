@@ -3,9 +3,9 @@
 use maud::html;
 use tipwatch_language::{say, word};
 
+use super::analysed_log::{AnalysedLog, by_machine};
 use super::explorer::explorer;
 use super::ranking::ranked;
-use super::seen::{Seen, by_machine};
 use super::{distributions, outliers, tables};
 use crate::page::svg::CHART_STYLE;
 use crate::page::{Document, logs, section, time};
@@ -27,7 +27,7 @@ pub(in crate::screen) fn render(
 ) -> String {
     let analysed = rows.iter().zip(judgements).filter_map(|(row, judgement)| {
         let (facts, events) = row.record.analysed()?;
-        Some(Seen {
+        Some(AnalysedLog {
             record: &row.record,
             facts,
             events,
@@ -35,7 +35,7 @@ pub(in crate::screen) fn render(
             is_undecided: facts.undecided(min_valid).is_some(),
         })
     });
-    let seen: Vec<Seen<'_>> = analysed.collect();
+    let seen: Vec<AnalysedLog<'_>> = analysed.collect();
     let records = rows.iter().map(|row| &*row.record);
     let failed: Vec<&Record> = records.filter(|record| record.is_failed()).collect();
     let (explored, program) = explorer(&ranked(&seen), &failed, compared);
@@ -84,7 +84,7 @@ pub(in crate::screen) fn render(
 }
 
 /// The first and the last day, and how many logs have none.
-fn span(seen: &[Seen<'_>]) -> String {
+fn span(seen: &[AnalysedLog<'_>]) -> String {
     let days: Vec<_> = (seen.iter().filter_map(|log| log.record.date())).collect();
     let span = match (days.iter().min(), days.iter().max()) {
         (Some(first), Some(last)) if first == last => format!(", {first}"),

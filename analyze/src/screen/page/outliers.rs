@@ -4,7 +4,7 @@ use maud::{Markup, html};
 use tipwatch_language::{decimals, say, word};
 
 use crate::page::{percent, table};
-use crate::screen::outliers::{Against, Comparison, MOST_FALSE, Quantity, Verdict};
+use crate::screen::outliers::{Against, ComparedQuantity, Comparison, MOST_FALSE, Verdict};
 use crate::tables::frame::Day;
 
 /// Most rows of a table; the table `comparisons` has all.
@@ -128,13 +128,13 @@ fn with(comparison: &Comparison) -> String {
     }
 }
 
-fn name(quantity: Quantity) -> &'static str {
+fn name(quantity: ComparedQuantity) -> &'static str {
     match quantity {
-        Quantity::WorstMargin => word!("worst margin (median)"),
-        Quantity::ExposedShare => {
+        ComparedQuantity::WorstMargin => word!("worst margin (median)"),
+        ComparedQuantity::ExposedShare => {
             word!("time below the notice level (median share)")
         }
-        Quantity::LiftedShare => {
+        ComparedQuantity::LiftedShare => {
             word!("time with a wheel or support off the ground (median share)")
         }
     }

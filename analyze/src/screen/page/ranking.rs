@@ -2,7 +2,7 @@
 
 use tipwatch_language::message;
 
-use super::seen::Seen;
+use super::analysed_log::AnalysedLog;
 use crate::events::EventKind;
 use crate::screen::data_set::{contradicts_margin, lifted};
 
@@ -42,7 +42,7 @@ impl Group {
         }
     }
 
-    pub(super) fn of(log: &Seen<'_>) -> Self {
+    pub(super) fn of(log: &AnalysedLog<'_>) -> Self {
         let facts = log.facts;
         let worst = facts.worst.as_ref();
         let mut gravest_first = [Self::TipOver, Self::EdgeTipping, Self::WheelLift].into_iter();
@@ -65,7 +65,7 @@ impl Group {
 
 /// A ranked log. Logs of the same `rank` cannot be told apart.
 pub(super) struct Ranked<'a> {
-    pub(super) log: Seen<'a>,
+    pub(super) log: AnalysedLog<'a>,
     pub(super) group: Group,
     /// Time with a wheel off the ground (s).
     pub(super) lifted_s: f64,
@@ -100,7 +100,7 @@ const ORDER: [Key; 3] = [
 
 /// Logs by group; those with a lift by how long and then by how deep, the others by margin. What is within two standard deviations
 /// of the first of several cannot be told from it: the next quantity orders these, and logs that none tells apart share a rank.
-pub(super) fn ranked<'a>(seen: &[Seen<'a>]) -> Vec<Ranked<'a>> {
+pub(super) fn ranked<'a>(seen: &[AnalysedLog<'a>]) -> Vec<Ranked<'a>> {
     let ranked = seen.iter().map(|log| {
         let (lifted_s, lifted_sigma_s) = lifted(log.events);
         Ranked {

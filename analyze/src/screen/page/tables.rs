@@ -7,7 +7,7 @@ use tipwatch_language::{say, word};
 
 use super::super::record::{Outcome, Record};
 use super::super::totals::Totals;
-use super::seen::{Seen, exposed, listed_machines, log_link};
+use super::analysed_log::{AnalysedLog, exposed, listed_machines, log_link};
 use crate::events::EventKind;
 use crate::events::support_words::SupportWord;
 use crate::page::{facts, list, logs as in_logs, table, time};
@@ -15,9 +15,9 @@ use crate::page::{facts, list, logs as in_logs, table, time};
 /// Most logs that a table lists; the data set has all.
 const MOST_LOGS: usize = 200;
 
-pub(super) fn glance(totals: &Totals, seen: &[Seen<'_>]) -> Markup {
+pub(super) fn glance(totals: &Totals, seen: &[AnalysedLog<'_>]) -> Markup {
     let with = |kind: EventKind| {
-        let has = |log: &&Seen<'_>| {
+        let has = |log: &&AnalysedLog<'_>| {
             let mut events = log.events.iter();
             events.any(|event| event.kind == kind && event.is_fact())
         };
@@ -75,7 +75,7 @@ pub(super) fn glance(totals: &Totals, seen: &[Seen<'_>]) -> Markup {
 }
 
 /// The logs that violate the policy and how; `None` without a policy.
-pub(super) fn policy(seen: &[Seen<'_>], totals: &Totals) -> Option<Markup> {
+pub(super) fn policy(seen: &[AnalysedLog<'_>], totals: &Totals) -> Option<Markup> {
     let name = seen.iter().find_map(|log| Some(&log.judgement?.policy))?;
     let broken: Vec<_> = (seen.iter())
         .filter_map(|log| Some((log, log.judgement.filter(|judgement| !judgement.passed)?)))
@@ -108,9 +108,9 @@ fn rest(count: usize) -> String {
 }
 
 /// Events by machine and kind; `None` without logs.
-pub(super) fn events(seen: &[Seen<'_>]) -> Option<Markup> {
+pub(super) fn events(seen: &[AnalysedLog<'_>]) -> Option<Markup> {
     let kinds = EventKind::ALL;
-    let row = |(machine, logs): (String, Vec<Seen<'_>>)| -> Vec<String> {
+    let row = |(machine, logs): (String, Vec<AnalysedLog<'_>>)| -> Vec<String> {
         let computable = logs.iter().map(|log| log.facts.coverage.computable_s);
         let computable = time(computable.sum());
         let counts = kinds.iter().map(|&kind| {
@@ -171,9 +171,9 @@ fn reason(record: &Record) -> String {
 }
 
 /// Logs of which data was lost; `None` without any.
-pub(super) fn losses(seen: &[Seen<'_>]) -> Option<Markup> {
-    let has_lost = |log: &&Seen<'_>| log.facts.has_losses();
-    let lost: Vec<&Seen<'_>> = seen.iter().filter(has_lost).collect();
+pub(super) fn losses(seen: &[AnalysedLog<'_>]) -> Option<Markup> {
+    let has_lost = |log: &&AnalysedLog<'_>| log.facts.has_losses();
+    let lost: Vec<&AnalysedLog<'_>> = seen.iter().filter(has_lost).collect();
     let rows = lost.iter().take(MOST_LOGS).map(|log| {
         let facts = log.facts;
         vec![
@@ -198,7 +198,7 @@ pub(super) fn losses(seen: &[Seen<'_>]) -> Option<Markup> {
     })
 }
 
-pub(super) fn method(seen: &[Seen<'_>]) -> Markup {
+pub(super) fn method(seen: &[AnalysedLog<'_>]) -> Markup {
     let mut machines: BTreeMap<(String, String), usize> = BTreeMap::new();
     let mut versions: BTreeMap<String, usize> = BTreeMap::new();
     for log in seen {

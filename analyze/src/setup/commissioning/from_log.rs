@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use anyhow::Result;
-use tipwatch_binding::{Commissioning, CommissioningSource, MachineFile, Urdf, sha256};
+use tipwatch_binding::{
+    Commissioning, CommissioningSource, MachineFile, Urdf, commissioning_text, sha256,
+};
 use tipwatch_calibration::commissioning::{Answers, Assessment, Recording, Status, assess};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::Sensor;
@@ -22,6 +24,8 @@ pub struct LogCommissioning {
     pub assessment: Assessment,
     /// The answers as a file.
     pub file: Commissioning,
+    /// The answers as text.
+    pub text: String,
     /// Whether parts of the log were lost.
     pub has_losses: bool,
     /// The joints whose limits are far wider than the motion that has proven them, as a sentence.
@@ -66,8 +70,11 @@ pub fn from_log(path: &Path, file: &MachineFile) -> Result<LogCommissioning> {
         name: loaded.urdf.path.clone(),
         text: loaded.urdf_text.clone(),
     };
+    let file = Commissioning::new(file, &urdf, source, &assessment);
+    let proven = file.proven(&loaded.machine);
     Ok(LogCommissioning {
-        file: Commissioning::new(file, &urdf, source, &assessment),
+        file,
+        text: commissioning_text(&assessment, &loaded.machine, &proven),
         unused_limits: unused_limits(&loaded.machine, &used, &assessment),
         has_losses: !loaded.losses.is_empty(),
         assessment,

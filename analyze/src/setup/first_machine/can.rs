@@ -12,7 +12,7 @@ use tipwatch_mechanics::machine::{CanMessageSpec, CanSpec};
 use super::text::{Text, number, quoted};
 use super::urdf::beside;
 use super::words::{is_no_position, words};
-use crate::setup::inspect::{Described, KnownSignal, Reading, descriptions_of};
+use crate::setup::inspect::{Described, KnownSignal, MOST_IDS, Reading, descriptions_of};
 
 /// The public parameter groups of an inertial measurement unit: acceleration and angular rate.
 const ACCELERATION: u32 = 61485;
@@ -37,8 +37,6 @@ const VEHICLE_WEIGHT: u32 = 65258;
 const CARGO: &str = "cargo_weight";
 /// Weights are sent every 10 s (s).
 const MASS_MAX_AGE: f64 = 15.0;
-/// Buses have some hundreds of identifiers.
-const MOST_IDS: usize = 2048;
 /// A signal that changes less does not show a joint that moves (rad or m).
 const LEAST_MOTION: f64 = 0.01;
 /// Words for the load on the tool, and for masses that are something else.

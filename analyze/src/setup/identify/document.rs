@@ -125,8 +125,12 @@ impl IdentificationDocument {
             sources: result.sources.clone(),
             parameters: result.estimates.clone(),
             correlations: correlations(found),
-            told: result.told.iter().map(combination).collect(),
-            not_told: result.untold.iter().map(|&index| name(index)).collect(),
+            told: result.determined.iter().map(combination).collect(),
+            not_told: result
+                .undetermined
+                .iter()
+                .map(|&index| name(index))
+                .collect(),
             not_told_apart: result.indistinguishable.iter().map(combination).collect(),
             fitted: result.fitted.clone(),
             held_back: result.held_back.as_ref().map(|held| HeldBackRow {

@@ -137,7 +137,7 @@ fn estimates(out: &mut String, found: &Identified) -> std::fmt::Result {
     let told = |knowledge| {
         move |e: &&tipwatch_calibration::identification::Estimate| e.knowledge == knowledge
     };
-    let clear = result.estimates.iter().filter(told(Knowledge::Told));
+    let clear = result.estimates.iter().filter(told(Knowledge::Determined));
     let partly = result.estimates.iter().filter(told(Knowledge::Partly));
     writeln!(
         out,
@@ -165,7 +165,7 @@ fn estimates(out: &mut String, found: &Identified) -> std::fmt::Result {
     let rest = result
         .estimates
         .iter()
-        .filter(told(Knowledge::Untold))
+        .filter(told(Knowledge::Undetermined))
         .count();
     writeln!(
         out,
@@ -178,14 +178,14 @@ fn estimates(out: &mut String, found: &Identified) -> std::fmt::Result {
 /// Writes the parameters that the data do not determine, by name.
 fn not_told(out: &mut String, found: &Identified) -> std::fmt::Result {
     let result = &found.result;
-    let names: Vec<&str> = (result.untold.iter())
+    let names: Vec<&str> = (result.undetermined.iter())
         .map(|&index| result.estimates[index].name.as_str())
         .collect();
     writeln!(
         out,
         "\ncombinations that the data tell (singular value; 1 is as much as was known before):"
     )?;
-    for combination in result.told.iter().take(MOST) {
+    for combination in result.determined.iter().take(MOST) {
         writeln!(
             out,
             "  {:>8.1}  {}",

@@ -14,7 +14,7 @@ use tipwatch_can::{
 use tipwatch_ingest::{Log, Losses, Topic};
 
 /// Buses have some hundreds of identifiers; further ones are counted together.
-const MOST_IDS: usize = 2048;
+pub(crate) const MOST_IDS: usize = 2048;
 
 /// A DBC file that was read.
 #[derive(Debug)]
@@ -111,7 +111,7 @@ impl Numbers {
 }
 
 /// Frames of an identifier that were seen.
-struct Seen {
+struct IdentifierFrames {
     frames: u64,
     first_ns: i64,
     last_ns: i64,
@@ -154,7 +154,7 @@ pub(super) fn inspect(
             messages: Vec::new(),
             other_frames: 0,
         };
-        let mut seen: BTreeMap<CanId, Seen> = BTreeMap::new();
+        let mut seen: BTreeMap<CanId, IdentifierFrames> = BTreeMap::new();
         let mut long = long_messages(databases);
         let found = log.read_can_frames(bus.id, &mut |frame| {
             inspection.take(frame, databases, &mut seen);
@@ -173,7 +173,12 @@ pub(super) fn inspect(
 }
 
 impl BusInspection {
-    fn take(&mut self, frame: &Frame, databases: &[Described], seen: &mut BTreeMap<CanId, Seen>) {
+    fn take(
+        &mut self,
+        frame: &Frame,
+        databases: &[Described],
+        seen: &mut BTreeMap<CanId, IdentifierFrames>,
+    ) {
         self.frames += 1;
         match frame.kind {
             FrameKind::Error => {
@@ -187,7 +192,7 @@ impl BusInspection {
             self.other_frames += 1;
             return;
         }
-        let seen = seen.entry(frame.id).or_insert_with(|| Seen {
+        let seen = seen.entry(frame.id).or_insert_with(|| IdentifierFrames {
             frames: 0,
             first_ns: frame.time_ns,
             last_ns: frame.time_ns,
@@ -344,7 +349,7 @@ impl Reading {
     }
 }
 
-impl Seen {
+impl IdentifierFrames {
     fn inspection(self, id: CanId) -> MessageInspection {
         let group = Identifier::of(id);
         let span_s = self.last_ns.saturating_sub(self.first_ns) as f64 * 1e-9;

@@ -7,7 +7,7 @@ mod document;
 mod print;
 
 pub use can::{Described, read_databases};
-pub(crate) use can::{KnownSignal, Reading, descriptions_of};
+pub(crate) use can::{KnownSignal, MOST_IDS, Reading, descriptions_of};
 pub use contents::inspect;
 pub use document::Inspection;
 pub use print::print;

@@ -36,7 +36,7 @@ pub(crate) struct CanReader {
 
 /// Results of the first pass for one channel.
 #[derive(Default)]
-struct Seen {
+struct ChannelFrames {
     frames: u64,
     remote: u64,
     has_fd: bool,
@@ -62,11 +62,11 @@ impl CanReader {
             span_ns: None,
         };
         let mut source = reader.container()?;
-        let mut seen: Vec<Seen> = Vec::new();
+        let mut seen: Vec<ChannelFrames> = Vec::new();
         let mut frame = Frame::default();
         while source.next_frame(&mut frame).map_err(Error::io(path))? {
             if seen.len() <= frame.channel {
-                seen.resize_with(frame.channel + 1, Seen::default);
+                seen.resize_with(frame.channel + 1, ChannelFrames::default);
             }
             if let Some(seen) = seen.get_mut(frame.channel) {
                 seen.frames += 1;
@@ -96,7 +96,7 @@ impl CanReader {
     fn register(
         &mut self,
         source: &Container<BufReader<File>>,
-        seen: &[Seen],
+        seen: &[ChannelFrames],
         topics: &mut TopicTable,
         losses: &mut Losses,
     ) {

@@ -32,7 +32,7 @@ use crate::{
     file::LogFile,
     formats::reader::{FileReader, Request},
     message::{Error, Losses, LostPart, LostRange, TopicTable},
-    table::{self, DaysPassed, Kind, Sample, TableOptions, TimeSource},
+    table::{self, DaysPassed, Kind, TableHead, TableOptions, TimeSource},
 };
 
 /// Far above the row groups of any writer.
@@ -510,7 +510,7 @@ fn time_by_values(
     let rows: Vec<Vec<String>> = (0..texts.iter().map(Vec::len).max().unwrap_or(0))
         .map(|row| row_of(&texts, row).into_iter().map(str::to_owned).collect())
         .collect();
-    let sample = Sample {
+    let sample = TableHead {
         names: &names,
         units: &[],
         rows: &rows,

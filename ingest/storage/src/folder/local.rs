@@ -11,7 +11,7 @@ use crate::error::Error;
 use super::entry::{Entry, Put};
 
 /// Ending of the names of unfinished files; they are not listed.
-const UNFINISHED: &str = ".tipwatch-part";
+pub const UNFINISHED: &str = ".tipwatch-part";
 
 /// Lists all files below a folder with keys relative to it; none if it is absent.
 pub(crate) fn list(folder: &Path) -> Result<Vec<Entry>, Error> {

@@ -10,4 +10,5 @@ pub use self::{
     any::Folder,
     entry::{Entry, Put},
     expand::{Expanded, Found, expand},
+    local::UNFINISHED,
 };

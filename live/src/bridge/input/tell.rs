@@ -13,13 +13,13 @@ const MOST: usize = 1000;
 /// Tells on stderr.
 #[derive(Debug, Clone, Default)]
 pub struct Teller {
-    told: Arc<Mutex<BTreeMap<String, Told>>>,
+    told: Arc<Mutex<BTreeMap<String, LastTold>>>,
 }
 
 #[derive(Debug)]
-struct Told {
+struct LastTold {
     at: Instant,
-    untold: u64,
+    repeats: u64,
 }
 
 impl Teller {
@@ -35,19 +35,19 @@ impl Teller {
             told.clear();
         }
         match told.get_mut(key) {
-            Some(before) if before.at.elapsed() < AGAIN => before.untold += 1,
+            Some(before) if before.at.elapsed() < AGAIN => before.repeats += 1,
             Some(before) => {
-                let times = before.untold + 1;
-                *before = Told {
+                let times = before.repeats + 1;
+                *before = LastTold {
                     at: Instant::now(),
-                    untold: 0,
+                    repeats: 0,
                 };
                 eprintln!("bridge: {text} ({times} times more)");
             }
             None => {
-                let now = Told {
+                let now = LastTold {
                     at: Instant::now(),
-                    untold: 0,
+                    repeats: 0,
                 };
                 told.insert(key.to_owned(), now);
                 eprintln!("bridge: {text}");

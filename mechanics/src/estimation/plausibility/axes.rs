@@ -25,9 +25,6 @@ const TURNING_WEIGHT: f64 = 1.0 / 64.0;
 const NOISY_SHARE: f64 = 0.25;
 /// Fewest changes of an axis from which it is known how seldom its value repeats.
 const FEWEST_CHANGES: f64 = 50.0;
-/// Shortest duration of a run of repeats that counts with fewer samples than usual (s), and the fewest samples of it.
-const LONG_S: f64 = 1.0;
-const FEWEST_REPEATS: u32 = 10;
 /// Saturated samples that are closer belong to one stretch (s).
 const STRETCH_S: f64 = 0.1;
 
@@ -220,8 +217,7 @@ impl Axis {
 
     fn frozen(&self, stamp_ns: i64, threshold: f64, limits: &Limits) -> Option<Notice> {
         let lasted_s = limits.elapsed_s(self.run_since_ns, stamp_ns);
-        let is_long =
-            self.run >= limits.frozen_samples || (self.run >= FEWEST_REPEATS && lasted_s >= LONG_S);
+        let is_long = limits.is_long(self.run, lasted_s);
         let is_known = self.changed >= FEWEST_CHANGES;
         // of an axis that never changed, motion has to show that it should
         let is_proven = f64::from(self.run) * self.per_repeat() >= threshold

@@ -4,7 +4,7 @@ use super::explanation::Explanation;
 use super::fault::{Finding, Part};
 use super::notice::{Note, Rules};
 use super::relations::Relations;
-use super::signal_doubt::{KnownPosition, SignalDoubt};
+use super::signal_doubt::{Inherited, KnownPosition, SignalDoubt};
 use super::signals::SignalChecks;
 use super::treatment::{Judgement, RowEffect};
 use super::weight::WeightWatch;
@@ -70,7 +70,7 @@ impl Plausibility {
     }
 
     /// The signals that are doubted since they failed visibly, in this session or before, unless the machine file wants such
-    /// faults reported only.
+    /// faults reported only. A joint whose standstill the lean has contradicted has that doubt beside another one.
     pub fn doubts(&self) -> impl Iterator<Item = SignalDoubt> {
         let counts = |kind: FaultKind| self.rules.policies[kind as usize] != Policy::Report;
         let force = (self.weight.beyond()).map(|beyond| SignalDoubt {
@@ -90,13 +90,8 @@ impl Plausibility {
         };
         let jumps = self.signals.jumps().filter(move |jump| !is_frozen(jump));
         let more = frozen.chain(jumps).filter(move |doubt| !is_known(doubt));
-        let has_failed = |doubt: &SignalDoubt| {
-            let (offsets, frozen) = (self.relations.offsets(), self.signals.frozen());
-            let mut failed = offsets.chain(frozen).chain(self.signals.jumps());
-            failed.any(|it| it.signal == doubt.signal)
-        };
+        // what else it does, and whether that ends, says nothing of its zero
         let once = self.relations.had_stopped();
-        let once = once.filter(move |doubt| !has_failed(doubt));
         let joints = self.relations.offsets().chain(more).chain(once);
         let joints = joints.filter(move |doubt| match doubt.is_frozen() {
             true => counts(FaultKind::Frozen),
@@ -105,8 +100,18 @@ impl Plausibility {
         joints.chain(force.filter(|_| counts(FaultKind::OutOfRange)))
     }
 
-    /// A signal failed visibly before the first sample: in a session before.
-    pub fn remember_doubt(&mut self, doubt: &SignalDoubt) {
+    /// Takes over from an earlier session, before the first sample, which signals failed visibly and where the joints were. A joint
+    /// that cannot have moved from there to its first position is off.
+    pub fn inherit(&mut self, from: &Inherited) {
+        for doubt in &from.doubts {
+            self.remember_doubt(doubt);
+        }
+        for at in &from.positions {
+            self.signals.remember_position(at);
+        }
+    }
+
+    fn remember_doubt(&mut self, doubt: &SignalDoubt) {
         match doubt.signal {
             Proof::Joint(joint) if doubt.has_stopped_once() => {
                 self.relations.remember_stopped(joint);
@@ -119,12 +124,6 @@ impl Plausibility {
             // nothing else fails like that
             _ => {}
         }
-    }
-
-    /// Remembers the position of a joint from an earlier session: if the joint cannot have moved from there to its first
-    /// position, it is off.
-    pub fn remember_position(&mut self, at: &KnownPosition) {
-        self.signals.remember_position(at);
     }
 
     /// Returns the last known positions of the joints.

@@ -15,9 +15,6 @@ const CHANGE_WEIGHT: f64 = 1.0 / 64.0;
 /// Smallest mean change of a position that resolves its noise, as a multiple of the least change. A position between two steps of
 /// a coarse encoder flickers by one of them, and rests in another posture.
 const RESOLVED: f64 = 1.5;
-/// Shortest duration of a run of repeats that counts with fewer samples than usual (s), and the fewest samples of it.
-const LONG_S: f64 = 1.0;
-const FEWEST_REPEATS: u32 = 10;
 /// Fewest runs of repeats that show how often a position is read.
 const FEWEST_RUNS: u32 = 8;
 
@@ -175,8 +172,7 @@ impl Flicker {
             (self.run, self.works, self.run_since_ns) = (0, 0, stamp_ns);
         }
         let lasted_s = limits.elapsed_s(self.run_since_ns, stamp_ns);
-        let is_long =
-            self.run >= limits.frozen_samples || (self.run >= FEWEST_REPEATS && lasted_s >= LONG_S);
+        let is_long = limits.is_long(self.run, lasted_s);
         let per_repeat = per_repeat(self.changed, self.kept);
         let is_proven = f64::from(self.run) * per_repeat >= self.threshold;
         let is_asked = self.works >= self.run / 2;

@@ -43,6 +43,10 @@ pub(super) struct Limits {
     pub(super) rate_tolerance_share: f64,
 }
 
+/// Shortest duration of a run of repeats that counts with fewer samples than usual (s), and the fewest samples of it.
+const LONG_S: f64 = 1.0;
+const FEWEST_REPEATS: u32 = 10;
+
 impl Limits {
     #[cfg(test)]
     pub(super) const OF_TESTS: Self = Self {
@@ -55,6 +59,11 @@ impl Limits {
 
     pub(super) fn elapsed_s(&self, from_ns: i64, to_ns: i64) -> f64 {
         to_ns.saturating_sub(from_ns) as f64 * 1e-9
+    }
+
+    /// Whether so many repeats, which lasted so long, are enough to count.
+    pub(super) fn is_long(&self, repeats: u32, lasted_s: f64) -> bool {
+        repeats >= self.frozen_samples || (repeats >= FEWEST_REPEATS && lasted_s >= LONG_S)
     }
 }
 

@@ -13,8 +13,8 @@ pub struct SignalDoubt {
     pub by: f64,
     /// The part of `by` that may be motion (same unit): after a jump back to a sum that is not larger, the joint is back. All of
     /// it for a joint that has lost counts.
-    /// For a joint that is not measured any more: how fast it moved then (rad/s or m/s); less than zero if the lean of the platform has
-    /// contradicted its standstill, whether it is measured again or not.
+    /// For a joint that is not measured any more: its velocity then (rad/s or m/s). Infinite if the lean of the platform has
+    /// contradicted its standstill, whether it is measured again or not: a doubt of its own, beside another one.
     pub moved: f64,
 }
 
@@ -29,14 +29,23 @@ pub struct KnownPosition {
     pub position: f64,
 }
 
+/// Doubts and positions that a session takes over from the one before.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Inherited {
+    /// Signals that failed visibly.
+    pub doubts: Vec<SignalDoubt>,
+    /// Last known positions of the joints.
+    pub positions: Vec<KnownPosition>,
+}
+
 impl SignalDoubt {
     /// Creates the doubt that a joint is not measured any more, and shows the same position since.
-    /// `rate`: how it moved then (rad/s or m/s).
+    /// `rate`: its velocity then (rad/s or m/s).
     pub(super) fn frozen(joint: usize, rate: f64) -> Self {
         Self {
             signal: Proof::Joint(joint),
             by: 0.0,
-            moved: rate.abs(),
+            moved: rate,
         }
     }
 
@@ -45,7 +54,17 @@ impl SignalDoubt {
         Self {
             signal: Proof::Joint(joint),
             by: 0.0,
-            moved: -1.0,
+            moved: f64::INFINITY,
+        }
+    }
+
+    /// Returns the `moved` of a doubt that was stated before velocities had a sign: what was contradicted as stopped moved by -1, and the
+    /// velocity of a joint that stopped was its size. Whichever way it moved, such a joint has lost counts where it goes on.
+    #[must_use]
+    pub fn moved_of_before(by: f64, moved: f64) -> f64 {
+        match by == 0.0 && moved < 0.0 {
+            true => f64::INFINITY,
+            false => moved,
         }
     }
 
@@ -58,6 +77,35 @@ impl SignalDoubt {
     /// Whether the doubt is that the lean of the platform has contradicted the standstill of a joint, which may be measured again.
     #[must_use]
     pub fn has_stopped_once(&self) -> bool {
-        self.by == 0.0 && self.moved < 0.0
+        self.by == 0.0 && self.moved == f64::INFINITY
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_joint_that_is_not_measured_any_more_moved_either_way() {
+        for rate in [-0.3, 0.0, 0.3] {
+            let frozen = SignalDoubt::frozen(2, rate);
+            assert_eq!(frozen.moved, rate);
+            assert!(frozen.is_frozen() && !frozen.has_stopped_once());
+        }
+        let once = SignalDoubt::stopped_once(2);
+        assert!(once.has_stopped_once() && !once.is_frozen());
+    }
+
+    #[test]
+    fn a_contradicted_standstill_of_before_is_one() {
+        let signal = Proof::Joint(2);
+        let of_before = |by, moved| SignalDoubt {
+            signal,
+            by,
+            moved: SignalDoubt::moved_of_before(by, moved),
+        };
+        assert!(of_before(0.0, -1.0).has_stopped_once());
+        assert_eq!(of_before(0.0, 0.3), SignalDoubt::frozen(2, 0.3));
+        assert_eq!(of_before(-1.5, 0.02).moved, 0.02);
     }
 }

@@ -4,8 +4,6 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::machine::{Machine, Wheel};
 
-/// Deflection of tyres of unknown stiffness under the machine (m).
-const USUAL_SINK: f64 = 0.015;
 /// Smallest standard deviation of the lean (rad).
 const LEAST_LEAN: f64 = 0.3 * DEGREE;
 /// Standard deviation of the lean of a machine whose supports come and go: jacking and sinking feet (rad).
@@ -19,7 +17,7 @@ pub(super) struct EdgeAxis {
     /// Unit vector along the edge, in base axes: a positive rotation about it lifts the interior.
     pub(super) axis: Vector3<f64>,
     /// Standard deviation of the lean about the edge while the machine stands on its supports (rad).
-    pub(super) lean: f64,
+    pub(super) lean_sigma: f64,
     /// Largest lean on the tyres alone (rad).
     pub(super) lean_on_tyres: f64,
     /// Distance of the farthest support from the edge (m).
@@ -59,7 +57,7 @@ impl Edges {
             Some(EdgeAxis {
                 name: edge.name.clone(),
                 axis,
-                lean: if outer.is_some() {
+                lean_sigma: if outer.is_some() {
                     lean.hypot(JACKING)
                 } else {
                     lean
@@ -85,13 +83,10 @@ impl Edges {
 /// Largest lean on the tyres in a direction `across` an edge (rad): the whole weight on the farthest wheel.
 fn largest_lean(machine: &Machine, wheels: &[Wheel], across: &Vector2<f64>) -> f64 {
     let weight = machine.mass() * machine.gravity();
-    let is_stated = wheels.iter().all(|wheel| wheel.stiffness.is_some());
-    let usual = weight / (USUAL_SINK * wheels.len() as f64);
-    let places = wheels.iter().map(|wheel| {
-        let stated = wheel.stiffness.filter(|_| is_stated);
-        let stiffness = stated.unwrap_or(usual * wheel.relative_stiffness);
-        (across.dot(&wheel.centre_at_zero.xy()), stiffness)
-    });
+    let stiffness = Wheel::stiffnesses(wheels, weight);
+    let places = wheels.iter().zip(&stiffness);
+    let places =
+        places.map(|(wheel, stiffness)| (across.dot(&wheel.centre_at_zero.xy()), *stiffness));
     let (sum, first) = (places.clone()).fold((0.0, 0.0), |(sum, first), (place, stiffness)| {
         (sum + stiffness, first + stiffness * place)
     });

@@ -67,7 +67,7 @@ pub struct OutwardTurn {
     /// Rate of the rotation (rad/s), outwards positive.
     pub rate: f64,
     /// Standard deviation of the lean about the edge while the machine stands on its supports (rad).
-    pub lean: f64,
+    pub lean_sigma: f64,
     /// Largest rotation by the ground since then, extrapolated as in [`OutwardTurn::ahead`] (rad).
     pub by_ground: f64,
 }
@@ -82,13 +82,13 @@ impl OutwardTurn {
     /// Whether the extrapolated rotation exceeds the travel of tyres that carry.
     #[must_use]
     pub fn is_beyond_tyres(&self) -> bool {
-        self.ahead() > TRAVELS * self.lean
+        self.ahead() > TRAVELS * self.lean_sigma
     }
 
     /// Whether the extrapolated rotation exceeds what tyres and ground together explain.
     #[must_use]
     pub fn is_beyond_ground(&self) -> bool {
-        self.ahead() > TRAVELS * self.lean + self.by_ground
+        self.ahead() > TRAVELS * self.lean_sigma + self.by_ground
     }
 
     /// Whether the rotation exceeds what tyres and ground together explain: the extrapolated rotation once it has lasted for
@@ -100,7 +100,7 @@ impl OutwardTurn {
         } else {
             self.angle
         };
-        lasting > TRAVELS * self.lean + self.by_ground
+        lasting > TRAVELS * self.lean_sigma + self.by_ground
     }
 }
 
@@ -186,7 +186,7 @@ impl Outward {
             }
             let is_back = || {
                 let (from, to) = (&shown.reference_up, &shown.up);
-                RotationSpell::rotation_between(&edge.axis, from, to) > -edge.lean
+                RotationSpell::rotation_between(&edge.axis, from, to) > -edge.lean_sigma
             };
             if run.since.is_none() && !is_back() {
                 continue;
@@ -231,7 +231,7 @@ impl Outward {
                 lasts_s: now_ns.saturating_sub(since.at_ns) as f64 * 1e-9,
                 angle: run.angle,
                 rate: run.rate,
-                lean: edge.lean,
+                lean_sigma: edge.lean_sigma,
                 by_ground: by_ground(driven, by_step, since.settled, edge.width),
             })
         })

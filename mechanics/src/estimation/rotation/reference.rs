@@ -253,7 +253,7 @@ impl Reference {
         let mut best = Claim::default();
         for (edge, of_edge) in edges.all.iter().enumerate() {
             let sine = turned.dot(&of_edge.axis);
-            let lean = of_edge.lean;
+            let lean = of_edge.lean_sigma;
             let sigma = (others + lean * lean).sqrt();
             // far below what is looked at, the sine is the angle
             let angle = match obtuse || sine > sigma {

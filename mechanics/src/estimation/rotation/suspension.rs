@@ -5,8 +5,7 @@
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-use crate::dynamics::kinematics::{self, BodyMotion};
-use crate::geometry::coordinate::Coordinate;
+use crate::dynamics::kinematics::RestingBodies;
 use crate::machine::Machine;
 use crate::state::{Sample, Sensor, Sensors, State};
 
@@ -22,8 +21,7 @@ pub(super) struct SuspensionPlane {
     /// Joints of each stream of joint states; none where no joint in it moves a wheel up or down.
     streams: Vec<Vec<usize>>,
     state: State<f64>,
-    coordinates: Vec<Coordinate<f64>>,
-    motions: Vec<BodyMotion<f64>>,
+    bodies: RestingBodies,
     /// (s0, s1, s2) from the sums of the raised centres.
     solve: Matrix3<f64>,
     is_known: Vec<bool>,
@@ -39,17 +37,11 @@ impl SuspensionPlane {
             let row = Vector3::new(1.0, wheel.centre_at_zero.x, wheel.centre_at_zero.y);
             sum += row * row.transpose();
         }
-        let rest = BodyMotion::base(Vector3::zeros(), Vector3::zeros(), Vector3::zeros());
-        let mut state = State::zero(machine);
-        for (motion, joint) in state.joints.iter_mut().zip(machine.joints()) {
-            motion.position = joint.constant.unwrap_or(0.0);
-        }
         let mut plane = Self {
             machine: Box::new(machine.clone()),
             streams: Vec::new(),
-            state,
-            coordinates: vec![Coordinate::slid(0.0, 0.0, 0.0); machine.bodies.len()],
-            motions: vec![rest; machine.bodies.len()],
+            state: State::with_constants(machine),
+            bodies: RestingBodies::new(machine),
             solve: sum.try_inverse()?,
             is_known: vec![true; machine.joints().len()],
             lean: None,
@@ -102,10 +94,10 @@ impl SuspensionPlane {
         if !self.is_known.iter().all(|known| *known) {
             return None;
         }
-        self.place();
+        self.bodies.place(&self.machine, &self.state);
         let mut sums = Vector3::zeros();
         for wheel in self.machine.wheels() {
-            let (motion, at_zero) = (&self.motions[wheel.body], wheel.centre_at_zero);
+            let (motion, at_zero) = (&self.bodies.motions[wheel.body], wheel.centre_at_zero);
             let centre = motion.origin + motion.rotation * wheel.centre_in_body;
             sums += Vector3::new(1.0, at_zero.x, at_zero.y) * (centre.z - at_zero.z);
         }
@@ -117,17 +109,10 @@ impl SuspensionPlane {
         Some(lean - self.lean.replace(lean)?)
     }
 
-    fn place(&mut self) {
-        kinematics::coordinates(&self.machine, &self.state, &mut self.coordinates);
-        for (i, body) in self.machine.bodies.iter().enumerate().skip(1) {
-            self.motions[i] = self.motions[body.parent].carry_at_rest(body, &self.coordinates[i]);
-        }
-    }
-
     fn heights(&mut self) -> Vec<f64> {
-        self.place();
+        self.bodies.place(&self.machine, &self.state);
         let heights = self.machine.wheels().iter().map(|wheel| {
-            let motion = &self.motions[wheel.body];
+            let motion = &self.bodies.motions[wheel.body];
             (motion.origin + motion.rotation * wheel.centre_in_body).z
         });
         heights.collect()

@@ -19,7 +19,7 @@ use crate::estimation::rows::{
 use crate::estimation::shown_noise::ShownNoise;
 use crate::estimation::state_builder::{Filters, StateBuilder};
 use crate::estimation::white_jerk::{Channel, seconds};
-use crate::machine::{Machine, SessionProofs};
+use crate::machine::{ForceSource, Machine, SessionProofs};
 use crate::state::{Sensor, Sensors, State, StreamCounts};
 
 /// A usual number of rows in a block.
@@ -303,7 +303,18 @@ impl Bench {
                 let mut readers = readers.iter_mut();
                 match readers.find(|(f, _)| *f == followed) {
                     Some((_, reader)) => match hold_ns {
-                        Some(hold_ns) => read_or_hold(reader, followed, time_ns, hold_ns, channels),
+                        Some(hold_ns) => {
+                            let reading = reader.read_or_hold(time_ns, hold_ns, channels);
+                            let is_known = match followed {
+                                Followed::Actuator(signal) => {
+                                    let joint = smoother.sensors.actuators[signal].joint;
+                                    let source = &machine.contact().actuated_joints[joint].source;
+                                    is_force_known(reader, source, time_ns)
+                                }
+                                _ => true,
+                            };
+                            if is_known { reading } else { Reading::NOTHING }
+                        }
                         None => reader.read(time_ns, channels),
                     },
                     None => Reading::NOTHING,
@@ -325,20 +336,12 @@ impl Bench {
     }
 }
 
-/// Reads a filter's estimate for a static row, held from the last sample for up to `hold_ns`. The force of an actuator is not
-/// held: it belongs to the accelerations of its own moment.
-fn read_or_hold(
-    reader: &mut HistoryReader<'_>,
-    followed: Followed,
-    time_ns: i64,
-    hold_ns: i64,
-    channels: &mut [Channel],
-) -> Reading {
-    let reading = reader.read_or_hold(time_ns, hold_ns, channels);
-    match followed {
-        Followed::Actuator(_) if !reader.was_dense(time_ns) => Reading::NOTHING,
-        _ => reading,
-    }
+/// Whether the force of an actuator, as last read for a static row, is that of the row. A force is not held: that of a rod belongs to
+/// the accelerations of its own moment, which a static row does not know. The load of a support is what it is at the stamp of
+/// its sample.
+fn is_force_known(reader: &HistoryReader<'_>, source: &ForceSource, time_ns: i64) -> bool {
+    let is_load = matches!(source, ForceSource::Support { .. });
+    reader.was_dense(time_ns) || (is_load && reader.was_at_sample(time_ns))
 }
 
 /// A gap in the joint states longer than this separates recordings, or its stamps are wrong (ns).

@@ -88,6 +88,12 @@ impl HistoryReader<'_> {
         }
     }
 
+    /// Whether the time last read is that of a sample.
+    pub(super) fn was_at_sample(&self, time_ns: i64) -> bool {
+        let before = self.next.checked_sub(1);
+        before.is_some_and(|before| self.history.stamps_ns()[before] == time_ns)
+    }
+
     /// Whether samples around the time last read show motion.
     pub(super) fn was_dense(&self, time_ns: i64) -> bool {
         let stamps = self.history.stamps_ns();

@@ -31,7 +31,7 @@ pub struct SupportWatch {
 #[derive(Debug, Clone)]
 struct Watched {
     is_foot: bool,
-    told: Told,
+    told: StatusSource,
     /// Measured load of the support; the support is set, or carries although it is told not to be set, from a threshold on.
     load: Option<LastNumber>,
     /// Whether the support was set by its load alone, and was not taken back since.
@@ -39,7 +39,7 @@ struct Watched {
 }
 
 #[derive(Debug, Clone)]
-enum Told {
+enum StatusSource {
     Always(bool),
     /// Spans of time (ns) after the first sample.
     Spans(Vec<[i64; 2]>),
@@ -111,18 +111,18 @@ impl SupportWatch {
             let presence = supports.presence_of(support);
             let is_foot = supports.support(support).kind == SupportKind::Foot;
             let told = match (&presence.told, switch_of(support)) {
-                (Some(PresenceSpec::Always(on)), _) => Told::Always(*on),
+                (Some(PresenceSpec::Always(on)), _) => StatusSource::Always(*on),
                 (Some(PresenceSpec::Spans(spans)), _) => {
-                    Told::Spans(spans.iter().map(|span| span.map(nanoseconds)).collect())
+                    StatusSource::Spans(spans.iter().map(|span| span.map(nanoseconds)).collect())
                 }
-                (Some(PresenceSpec::Signal(_)), Some(switch)) => Told::Switch(switch),
-                _ if presence.load.is_some() => Told::Load,
+                (Some(PresenceSpec::Signal(_)), Some(switch)) => StatusSource::Switch(switch),
+                _ if presence.load.is_some() => StatusSource::Load,
                 // a wheel or track that is never raised
-                _ => Told::Always(is_foot),
+                _ => StatusSource::Always(is_foot),
             };
             let load = presence.load.as_ref().map(|load| {
                 let above = match &told {
-                    Told::Load => is_set_from(load),
+                    StatusSource::Load => is_set_from(load),
                     _ => carries_from(machine, load),
                 };
                 LastNumber::new(above, LOAD_MAX_AGE_S)
@@ -164,7 +164,9 @@ impl SupportWatch {
         let support = self.loads_of.get(signal).copied().flatten();
         let mut ids = machine.supports().ids();
         let id = support.and_then(|support| ids.find(|id| id.index() == support));
-        id.is_some_and(|id| !set.has(id) && !matches!(self.watched[id.index()].told, Told::Load))
+        id.is_some_and(|id| {
+            !set.has(id) && !matches!(self.watched[id.index()].told, StatusSource::Load)
+        })
     }
 
     /// Takes a sample; all but switches and measured loads of supports say nothing here.
@@ -222,7 +224,7 @@ impl SupportWatch {
     /// its load contradicts equilibrium.
     fn keep_set(&mut self, time_ns: i64) {
         for support in 0..self.watched.len() {
-            if !matches!(self.watched[support].told, Told::Load) {
+            if !matches!(self.watched[support].told, StatusSource::Load) {
                 continue;
             }
             match self.by_signal(support, time_ns) {
@@ -250,9 +252,9 @@ impl SupportWatch {
         let watched = &self.watched[support];
         let load = watched.load.as_ref().map(|load| load.at(time_ns));
         let told = match &watched.told {
-            Told::Always(on) => SupportStatus::of(*on),
-            Told::Switch(switch) => self.switches[*switch].at(time_ns),
-            Told::Spans(spans) => match self.spans_from_ns {
+            StatusSource::Always(on) => SupportStatus::of(*on),
+            StatusSource::Switch(switch) => self.switches[*switch].at(time_ns),
+            StatusSource::Spans(spans) => match self.spans_from_ns {
                 None => SupportStatus::Missing,
                 Some(start_ns) => {
                     let since_ns = time_ns.saturating_sub(start_ns);
@@ -260,7 +262,7 @@ impl SupportWatch {
                     SupportStatus::of(spans.iter().any(is_within))
                 }
             },
-            Told::Load => return load.unwrap_or(SupportStatus::Missing),
+            StatusSource::Load => return load.unwrap_or(SupportStatus::Missing),
         };
         match load {
             Some(load) if watched.is_foot => told.beside_load(load),

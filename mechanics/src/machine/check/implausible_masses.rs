@@ -65,11 +65,8 @@ impl Checker<'_> {
     }
 
     fn check_density(&self, mass: f64, wheels: &[Wheel]) -> Result<(), MachineError> {
-        let extent = |of: fn(&Wheel) -> f64| {
-            let values = || wheels.iter().map(of);
-            values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
-        };
-        let base = extent(|w| w.centre_at_zero.x) * extent(|w| w.centre_at_zero.y);
+        let [along, across] = Wheel::extents(wheels);
+        let base = along * across;
         let radius = wheels.iter().map(|w| w.radius).fold(0.0, f64::max);
         let density = mass / (base * base.sqrt().max(2.0 * radius));
         let [least, largest] = DENSITY;

@@ -44,10 +44,11 @@ impl FoundInertias {
         mass: f64,
         apart: f64,
     ) -> Result<Self, MachineError> {
+        let [along, across] = Wheel::extents(wheels);
         let scale = Scale {
             mass,
             apart,
-            width: width(wheels),
+            width: along.min(across),
             mean_load: mass * spec.gravity / wheels.len() as f64,
         };
         let mut found = Self::default();
@@ -96,15 +97,6 @@ impl FoundInertias {
             }),
         }
     }
-}
-
-/// The smaller of the extents of the wheels along and across the machine (m).
-fn width(wheels: &[Wheel]) -> f64 {
-    let extent = |of: fn(&Wheel) -> f64| {
-        let values = || wheels.iter().map(of);
-        values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
-    };
-    extent(|w| w.centre_at_zero.x).min(extent(|w| w.centre_at_zero.y))
 }
 
 /// Size and load of the machine that an inertia is compared with.

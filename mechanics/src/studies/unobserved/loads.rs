@@ -94,6 +94,12 @@ impl UnobservedLoads {
             .collect()
     }
 
+    /// Returns the standard deviations of the OTF of all wheels, without motion that was not observed (N).
+    pub fn sigmas(&mut self, machine: &Machine, state: &State<f64>) -> Vec<f64> {
+        let outcome = evaluate(machine, state, &mut self.workspace);
+        outcome.uncertainty.otf.clone()
+    }
+
     /// The smallest and the largest OTF of each wheel over the range.
     ///
     /// The OTF is linear in accelerations, specific force and tool wrench: there its extremes are exact, the sum of the

@@ -14,7 +14,7 @@ impl Sheet {
         let prior = self.template.prior();
         match (&self.articulation, prior.is_articulated) {
             (Some(joint), true) => {
-                let wheelbase = self.axle_positions().last().map_or(0.0, |x| -x);
+                let wheelbase = self.wheelbase();
                 self.length_in(
                     "articulation.behind",
                     joint.behind.si,
@@ -60,7 +60,7 @@ impl Sheet {
         if self.template.prior().balance != Balance::Superstructure {
             return Ok(());
         }
-        let wheelbase = self.axle_positions().last().map_or(0.0, |x| -x);
+        let wheelbase = self.wheelbase();
         let ([least, most], what) = match &self.tracks {
             Some(tracks) => (
                 [-OF_TRACKS, OF_TRACKS].map(|share| share * tracks.length.si),
@@ -83,9 +83,7 @@ impl Sheet {
     fn check_tail_of_excavator(&self, tail: f64) -> Result<(), SheetError> {
         /// Largest distance, as a multiple of the wheelbase or the length of the tracks.
         const FARTHEST: f64 = 1.4;
-        let on_ground = self.tracks.as_ref().map_or(0.0, |tracks| tracks.length.si);
-        let wheelbase = self.axle_positions().last().map_or(0.0, |x| -x);
-        let most = FARTHEST * wheelbase.max(on_ground);
+        let most = FARTHEST * self.length_on_ground();
         if self.template.prior().balance != Balance::Superstructure || tail <= most {
             return Ok(());
         }

@@ -39,12 +39,7 @@ impl Sheet {
     fn check_base(&self, place: &str, base: f64) -> Result<(), SheetError> {
         /// Smallest distance between the pads, as a share of the widest track.
         const WIDENS: f64 = 0.8;
-        let tracks = self.axles.iter().filter_map(|axle| axle.track);
-        let gauge = self.tracks.as_ref().map(|tracks| tracks.gauge);
-        let widest = tracks
-            .chain(gauge)
-            .map(|track| track.si)
-            .fold(0.0, f64::max);
+        let widest = self.widest_track();
         if base >= WIDENS * widest {
             return Ok(());
         }

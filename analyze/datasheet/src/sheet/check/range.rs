@@ -42,9 +42,7 @@ impl Sheet {
     pub(super) fn offset_in(&self, place: &str, m: f64, most: f64) -> Result<(), SheetError> {
         /// Smallest offset that is meant, as a share of the wheelbase or the length of the tracks.
         const MEANT: f64 = 2e-3;
-        let on_ground = self.tracks.as_ref().map_or(0.0, |tracks| tracks.length.si);
-        let wheelbase = self.axle_positions().last().map_or(0.0, |x| -x);
-        let least = MEANT * wheelbase.max(on_ground);
+        let least = MEANT * self.length_on_ground();
         let far = m.abs();
         if m == 0.0 || (least..=most).contains(&far) {
             return Ok(());

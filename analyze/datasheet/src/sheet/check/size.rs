@@ -16,15 +16,8 @@ const HIGHEST_CLEARANCE: f64 = 1.6;
 impl Sheet {
     /// The machine is as wide as its track, as long as its wheelbase, and not below the first pin of its arm.
     pub(super) fn check_size(&self) -> Result<(), SheetError> {
-        let tracks = self.axles.iter().filter_map(|axle| axle.track);
-        let gauge = self.tracks.as_ref().map(|tracks| tracks.gauge);
-        let widest = tracks
-            .chain(gauge)
-            .map(|track| track.si)
-            .fold(0.0, f64::max);
-        let on_ground = self.tracks.as_ref().map_or(0.0, |tracks| tracks.length.si);
-        let wheelbase = self.axle_positions().last().map_or(0.0, |x| -x);
-        let longest = wheelbase.max(on_ground);
+        let widest = self.widest_track();
+        let longest = self.length_on_ground();
         for (place, length, least, of) in [
             ("width", self.width, widest, "the track"),
             ("length", self.length, longest, "the wheelbase"),

@@ -10,13 +10,15 @@
 //! has the other sign, is exchanged with another or moves by another scale; or it lets a joint move that its encoder shows
 //! at rest; or it lets a load be taken up. Where the machine travels or tips, and after a hole, nothing is asked.
 
+use std::f64::consts::TAU;
+
 use nalgebra::{SVector, Vector2, Vector3};
 
 use super::super::explanation::Explanation;
 use super::super::notice::Limits;
 use super::gyro::Gyro;
 use super::lean_model::{Lean, LeanModel};
-use super::likelihood::{Evidence, Mixture, Standing, log_density_of_other};
+use super::likelihood::{Evidence, Mixture, Standing, log_density_of_other, student};
 use super::rolling::Rolled;
 use super::unknowns::Unknowns;
 use crate::machine::{Axis, Machine, Proof, Proofs};
@@ -69,6 +71,43 @@ const LEANS: Mixture = Mixture {
     outliers: 0.05,
     range: 0.02,
 };
+/// Share of the lean that a platform shows by chance where the loads are wrong, one standard deviation; steps of the compliance, and
+/// their number.
+const BY_CHANCE: f64 = 0.5;
+const COMPLIANCE_STEP: f64 = 0.05;
+const COMPLIANCES: u32 = 35;
+
+/// Returns the probability that the loads of a standing machine are right, by the `share` of the lean that they cause on tyres of
+/// stated stiffness which its platform shows while they change. `lean` and `rest` are the root mean squares of that lean and of what
+/// the platform turns besides (rad); with the compliance c of tyres and ground,
+/// ```text
+///     right:  share ~ t(c, sigma),  c ~ N(1, 0.3) from 0.3 on          wrong, one time in a hundred:  share ~ N(0, 0.5^2 + sigma^2)
+///     sigma^2 = model^2 (1 + share^2) / 2 + (unexplained^2 + rest^2) / lean^2
+/// ```
+/// `None` where the lean is not known better than the least compliance.
+#[must_use]
+pub fn lean_shows_loads(share: f64, [lean, rest]: [f64; 2]) -> Option<f64> {
+    let by_model = MODEL * (0.5 * (1.0 + share * share)).sqrt();
+    let sigma = by_model.hypot(UNEXPLAINED_OFF.hypot(rest) / lean);
+    let [least, _] = LEAST_COMPLIANCE;
+    if !(sigma < least) {
+        return None;
+    }
+    // with a wheel in the air the platform leans farther
+    let share = share.min(1.0);
+    let (mut right, mut total) = (0.0, 0.0);
+    for step in 0..COMPLIANCES {
+        let compliance = least + COMPLIANCE_STEP * f64::from(step);
+        let weight = (-0.5 * ((compliance - 1.0) / STATED).powi(2)).exp();
+        right += weight * student(share - compliance, sigma);
+        total += weight;
+    }
+    let right = (1.0 - BEFOREHAND) * right / total;
+    let by_chance = BY_CHANCE.hypot(sigma);
+    let density = (-0.5 * (share / by_chance).powi(2)).exp() / (by_chance * TAU.sqrt());
+    let wrong = BEFOREHAND * density;
+    Some(right / (right + wrong))
+}
 
 /// The relation.
 #[derive(Debug, Clone)]

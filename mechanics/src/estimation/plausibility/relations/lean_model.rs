@@ -11,7 +11,8 @@
 //! The weight is that of all bodies and of the payloads that are attached. The specific force stands for gravity, so that F and M
 //! contain the acceleration of the platform. The derivative of P and H is that of their low-pass filter:
 //! `L(L(dH/dt)) = (L(H) - L(L(H))) / T`. Where wheels move on a suspension, the plane through their centres,
-//! `z = s0 + s1 x + s2 y`, leans the platform by `(-s2, s1)` more.
+//! `z = s0 + s1 x + s2 y`, leans the platform by `(-s2, s1)` more. An axle on a pivot shares its load evenly, and what its angle
+//! leans is measured so. At its stop it is one with the platform: which wheels carry then depends on the ground, which is unknown.
 
 use std::f64::consts::PI;
 
@@ -22,7 +23,9 @@ use super::rolling::{Rolled, Rolling};
 use crate::dynamics::kinematics::{self, BodyMotion};
 use crate::geometry::coordinate::{Coordinate, Motion};
 use crate::geometry::spatial::Wrench;
-use crate::machine::{Body, Inertia, JointCoupling, LinkGroup, Machine, MeasuredJoint, Mount};
+use crate::machine::{
+    Body, Inertia, JointCoupling, LinkGroup, Machine, MeasuredJoint, Mount, Parameter, Wheel,
+};
 use crate::state::State;
 
 /// Time constant of both low-pass filters (s): slower than the platform swings on its tyres.
@@ -30,12 +33,12 @@ pub(super) const SMOOTHED_S: f64 = 0.1;
 /// Time constant of the up direction of a machine that travels (s), and of one that stands.
 const LEVELLED_S: f64 = 3.0;
 const STANDING_S: f64 = 0.05;
-/// Deflection of tyres of unknown stiffness under the machine (m).
-const USUAL_SINK: f64 = 0.015;
 /// Smallest load with which a wheel carries for certain, as a share of the mean load, and least determinant of the stiffness of the
 /// wheels that carry a platform without the others, as a share of that of all.
 const LEAST_LOAD: f64 = 0.02;
 const SOLVABLE: f64 = 1e-3;
+/// Standard deviations of its zero within which an axle on a pivot may be at its stop.
+const STOP_SIGMAS: f64 = 3.0;
 
 /// The model, with its filters.
 #[derive(Debug, Clone)]
@@ -54,6 +57,8 @@ pub(super) struct LeanModel {
     /// Room for the exact positions while the smoothed ones stand in for them.
     exact: Vec<f64>,
     rolling: Rolling,
+    /// The joints of axles on a pivot that have stops, and between which positions each swings for certain (rad).
+    swinging: Vec<(usize, [f64; 2])>,
     /// Whether the machine file states the stiffness of the tyres, and nothing else gives way.
     pub(super) stiffness_is_known: bool,
     /// Plane by which the platform sinks per (W, -N_y, N_x).
@@ -153,7 +158,7 @@ pub(super) struct Lean {
     pub(super) by_load: Vector2<f64>,
     /// Whether every wheel carries load.
     pub(super) is_on_all_wheels: bool,
-    /// Whether a load of unknown mass is attached, or the platform tips.
+    /// Whether a load of unknown mass is attached, an axle on a pivot is at its stop, or the platform tips.
     pub(super) is_beyond_model: bool,
 }
 
@@ -169,13 +174,7 @@ impl LeanModel {
         }
         let wheels = machine.wheels();
         let weight = machine.mass() * machine.gravity();
-        let is_stated = wheels.iter().all(|wheel| wheel.stiffness.is_some());
-        let usual = weight / (USUAL_SINK * wheels.len() as f64);
-        let stiffness = wheels.iter().map(|wheel| {
-            let stated = wheel.stiffness.filter(|_| is_stated);
-            stated.unwrap_or(usual * wheel.relative_stiffness)
-        });
-        let stiffness: Vec<f64> = stiffness.collect();
+        let stiffness = Wheel::stiffnesses(wheels, weight);
         let (mut sum, mut ground) = (Matrix3::<f64>::zeros(), 0.0);
         for (wheel, stiffness) in wheels.iter().zip(&stiffness) {
             let centre = wheel.centre_at_zero;
@@ -194,15 +193,11 @@ impl LeanModel {
         let spins = (machine.bodies.iter())
             .map(|body| matches!(body.coupling, JointCoupling::Measured(j) if spins_wheel(j)));
         let rest = BodyMotion::base(Vector3::zeros(), Vector3::zeros(), Vector3::zeros());
-        let mut state = State::zero(machine);
-        for (motion, joint) in state.joints.iter_mut().zip(machine.joints()) {
-            motion.position = joint.constant.unwrap_or(0.0);
-        }
         let is_given = |joint: &MeasuredJoint| joint.constant.is_some() || !joint.logged;
         Some(Self {
             mean_load: weight / wheels.len() as f64,
             body_from_tool: machine.tool().map(Mount::rotation_in_body),
-            state,
+            state: State::with_constants(machine),
             coordinates: vec![Coordinate::slid(0.0, 0.0, 0.0); machine.bodies.len()],
             motions: vec![rest; machine.bodies.len()],
             spins: spins.collect(),
@@ -213,7 +208,8 @@ impl LeanModel {
                 .map(|_| [LowPass::new(SMOOTHED_S), LowPass::new(SMOOTHED_S)])
                 .collect(),
             rolling: Rolling::new(machine),
-            stiffness_is_known: is_stated && machine.suspension().is_none(),
+            swinging: swinging(machine),
+            stiffness_is_known: Wheel::have_stiffness(wheels) && machine.suspension().is_none(),
             determinant: sum.determinant(),
             sink,
             stiffness,
@@ -320,11 +316,14 @@ impl LeanModel {
             None => Vector2::zeros(),
         };
         let on = self.lean_of(&(carried + change)).on;
+        let is_at_stop = self.swinging.iter().any(|&(joint, [least, greatest])| {
+            !(least..=greatest).contains(&self.state.joints[joint].position)
+        });
         let lean = Lean {
             angle,
             by_load,
             is_on_all_wheels: on == Footing::AllWheels,
-            is_beyond_model: has_unknown_load || on == Footing::Tips,
+            is_beyond_model: has_unknown_load || is_at_stop || on == Footing::Tips,
         };
         angle.iter().all(|v| v.is_finite()).then_some(lean)
     }
@@ -586,6 +585,22 @@ fn lean_by(plane: &Vector3<f64>) -> Vector2<f64> {
 /// Centre of mass about the point on the ground (m).
 fn place_above(ground: f64, motion: &BodyMotion<f64>, inertia: &Inertia) -> Vector3<f64> {
     motion.origin + motion.rotation * inertia.com - Vector3::z() * ground
+}
+
+/// Returns the joints of axles on a pivot that have stops, and between which positions each swings for certain (rad).
+fn swinging(machine: &Machine) -> Vec<(usize, [f64; 2])> {
+    let axles = machine.contact().free_joints.iter();
+    let measured = axles.filter_map(|axle| match machine.bodies[axle.body].coupling {
+        JointCoupling::Measured(joint) => Some(joint),
+        _ => None,
+    });
+    let between = |joint: usize| {
+        let limits = machine.joints()[joint].limits;
+        let [least, greatest] = limits.filter(|[least, greatest]| least < greatest)?;
+        let margin = STOP_SIGMAS * Parameter::JointPosition(joint).sigma(machine);
+        Some((joint, [least + margin, greatest - margin]))
+    };
+    measured.filter_map(between).collect()
 }
 
 /// The arm's body at the end of the longest chain of bodies.

@@ -48,6 +48,7 @@ use super::signals::Sound;
 use crate::machine::{Machine, Proof, Proofs};
 use crate::state::{Sample, Sensor, Sensors, tilt_is_measured};
 pub use excitation::{Excitation, Unshown};
+pub use lean::lean_shows_loads;
 use lean::{BEFOREHAND, LeanRelation, of_arm};
 pub use lean_model::LeanOnTyres;
 use likelihood::Standing;

@@ -2,7 +2,8 @@
 //! counts. It was wrong before, or is wrong
 //! since then, by a constant. Both sides count for themselves, and rows since the jump are doubted, until
 //!
-//! - it jumps back: what it shows now agrees with what it showed at first, as far as the joint cannot have moved meanwhile;
+//! - it jumps back: what it shows now agrees with what it showed at first, as far as the joint cannot have moved meanwhile. Of one that
+//!   has lost counts nobody knows how far back is;
 //! - the arm has moved so that the platform leans as the position requires, and not as one without the jump would
 //!   ([`super::lean`]). If it leans as the latter, that is a contradiction of its own, and the doubt stays. Of one that has lost counts
 //!   the lean decides nothing: it is off by something else than what is supposed, too.
@@ -127,11 +128,11 @@ impl Offsets {
             known.moved = known.moved.max(known.by.abs());
         }
         // zero is not known to be right, and what is off by zero has stopped
-        if is_lost && known.by == 0.0 {
+        if (is_lost || was_lost) && known.by == 0.0 {
             known.by = by;
         }
         // while it showed another place, the joint may have gone on; one that slips again, or loses counts, comes no closer
-        let returns = !is_lost && known.by.abs() < 0.5 * before.abs();
+        let returns = !is_lost && !was_lost && known.by.abs() < 0.5 * before.abs();
         let gone = match known.since_ns.filter(|_| returns) {
             Some(since_ns) => {
                 let meanwhile_s = jump.since_ns.saturating_sub(since_ns).max(0) as f64 * 1e-9;
@@ -210,6 +211,9 @@ mod tests {
             [[-0.9, 0.9], [0.9, 0.9]],
             [[1.5, 0.02], [-0.9, 0.9]],
             [[-0.9, 0.9], [-1.5, 0.02]],
+            // by as much as is supposed, which may be the wrong way
+            [[-0.9, 0.9], [0.85, 0.02]],
+            [[-0.9, 0.9], [0.9, 0.02]],
         ] {
             let [by, moved] = off(&jumps).expect("it stands");
             assert!(by != 0.0 && by.abs() <= moved, "{jumps:?} {by} {moved}");

@@ -112,6 +112,34 @@ fn a_platform_that_has_left_a_wheel_leans_on_the_others() {
     assert_eq!(footings[4], tips);
 }
 
+/// Limits of the URDF are those of the axle's stops; the zero of its encoder is known to 0.005 rad.
+#[test]
+fn an_axle_at_its_stop_is_beyond_the_model() {
+    let urdf = include_str!("../../../../../tests/data/six_wheels.urdf").replacen(
+        "<joint name='bogie_left' type='revolute'>",
+        "<joint name='bogie_left' type='revolute'><limit lower='-0.2' upper='0.3' effort='1' velocity='1'/>",
+        1,
+    );
+    let spec = include_str!("../../../../../tests/data/six_wheels.toml");
+    let machine = checked(spec, &urdf);
+    let [left, right] = ["bogie_left", "bogie_right"].map(|name| joint(&machine, name));
+    let mut model = LeanModel::new(&machine).unwrap();
+    let mut is_beyond_model = |bogie: usize, angle: f64| {
+        let mut positions = posture(&machine, 0.0);
+        positions[bogie] = angle;
+        set_posture(&mut model, &positions);
+        model.lean(0.0, &up()).unwrap().is_beyond_model
+    };
+    for swings in [-0.15, 0.0, 0.25] {
+        assert!(!is_beyond_model(left, swings), "{swings}");
+    }
+    for stopped in [-0.21, -0.19, 0.299, 0.31] {
+        assert!(is_beyond_model(left, stopped), "{stopped}");
+        // one whose stops nobody states
+        assert!(!is_beyond_model(right, stopped), "{stopped}");
+    }
+}
+
 #[test]
 fn lean_of_a_machine_at_rest_settles_at_that_of_its_posture() {
     let machine = steered();

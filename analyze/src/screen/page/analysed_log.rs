@@ -12,7 +12,7 @@ use crate::screen::record::Record;
 
 /// An analysed log, as the sections of the page see it.
 #[derive(Clone, Copy)]
-pub(super) struct Seen<'a> {
+pub(super) struct AnalysedLog<'a> {
     pub(super) record: &'a Record,
     pub(super) facts: &'a LogFacts,
     pub(super) events: &'a [EventFacts],
@@ -21,7 +21,7 @@ pub(super) struct Seen<'a> {
     pub(super) is_undecided: bool,
 }
 
-impl Seen<'_> {
+impl AnalysedLog<'_> {
     pub(super) fn machine(&self) -> &str {
         let machine = self.record.machine.as_ref();
         machine.map_or(word!("unknown"), |machine| &machine.name)
@@ -29,14 +29,14 @@ impl Seen<'_> {
 }
 
 /// Time below the notice level (s), and whether it is unknown of some of the logs; `None` if of all.
-pub(super) fn exposed_s(seen: &[Seen<'_>]) -> Option<(f64, bool)> {
+pub(super) fn exposed_s(seen: &[AnalysedLog<'_>]) -> Option<(f64, bool)> {
     let exposed = || seen.iter().map(|log| log.facts.exposure.exposed_s);
     let sum = exposed().flatten().reduce(|sum, seconds| sum + seconds)?;
     Some((sum, exposed().any(|seconds| seconds.is_none())))
 }
 
 /// Describes the time below the notice level.
-pub(super) fn exposed(seen: &[Seen<'_>]) -> String {
+pub(super) fn exposed(seen: &[AnalysedLog<'_>]) -> String {
     match exposed_s(seen) {
         None => word!("unknown").into(),
         Some((seconds, true)) => say!("at least {}", time(seconds)),
@@ -45,8 +45,8 @@ pub(super) fn exposed(seen: &[Seen<'_>]) -> String {
 }
 
 /// The logs of each machine, by name.
-pub(super) fn by_machine<'a>(seen: &[Seen<'a>]) -> BTreeMap<String, Vec<Seen<'a>>> {
-    let mut machines: BTreeMap<String, Vec<Seen<'a>>> = BTreeMap::new();
+pub(super) fn by_machine<'a>(seen: &[AnalysedLog<'a>]) -> BTreeMap<String, Vec<AnalysedLog<'a>>> {
+    let mut machines: BTreeMap<String, Vec<AnalysedLog<'a>>> = BTreeMap::new();
     for log in seen {
         machines.entry(log.machine().into()).or_default().push(*log);
     }
@@ -57,11 +57,14 @@ pub(super) fn by_machine<'a>(seen: &[Seen<'a>]) -> BTreeMap<String, Vec<Seen<'a>
 const MOST_MACHINES: usize = 200;
 
 /// The machines that a table lists, by name, those with the longest exposure, and what to say of the others.
-pub(super) fn listed_machines<'a>(seen: &[Seen<'a>]) -> (Vec<(String, Vec<Seen<'a>>)>, Markup) {
+pub(super) fn listed_machines<'a>(
+    seen: &[AnalysedLog<'a>],
+) -> (Vec<(String, Vec<AnalysedLog<'a>>)>, Markup) {
     let mut machines: Vec<_> = by_machine(seen).into_iter().collect();
     let all = machines.len();
     if all > MOST_MACHINES {
-        let exposed = |logs: &[Seen<'_>]| exposed_s(logs).map_or(0.0, |(seconds, _)| seconds);
+        let exposed =
+            |logs: &[AnalysedLog<'_>]| exposed_s(logs).map_or(0.0, |(seconds, _)| seconds);
         machines.sort_by(|(_, a), (_, b)| exposed(b).total_cmp(&exposed(a)));
         machines.truncate(MOST_MACHINES);
         machines.sort_by(|(a, _), (b, _)| a.cmp(b));
