@@ -1,6 +1,6 @@
 """Simulate the manoeuvres of the calibration matrix: clean logs of sound sensors, with everything that is true about them.
 
-    .venv/bin/python manoeuvres.py LAB OUT [--set set|held] [--only PATTERN]
+    .venv/bin/python manoeuvres.py LAB OUT [--set NAME] [--only PATTERNS]
 
 LAB is the folder of the simulation laboratory. Each log has a folder OUT/SET/MACHINE.MANOEUVRE of its own with
 
@@ -9,8 +9,9 @@ LAB is the folder of the simulation laboratory. Each log has a folder OUT/SET/MA
     truth.parquet    wheel loads at 500 Hz [N] and the tilt against the ground [rad]
     truth.json       lifts, tip-over, payload, tyres, slope, and the drawn parameters of the manoeuvre
 
-SET is `set`, on which constants may be chosen, or `held`, on which they are judged: the same manoeuvres with other parameters. A folder that
-has a truth.json is left as it is. Times are seconds after the origin of the laboratory's clock (`writelog.T0`), which is that of the stamps, too.
+SET is `set`, on which constants may be chosen, or `held`, on which they are judged: the same manoeuvres with other parameters. Every other name draws
+parameters of its own, too, so that nothing can have been chosen on them. A folder that has a truth.json is left as it is, and a machine that cannot do
+a manoeuvre with what is drawn for it (its arm is too short to lift a wheel) has none. Times are seconds after the origin of the laboratory's clock (`writelog.T0`), which is that of the stamps, too.
 """
 import argparse
 import dataclasses
@@ -52,6 +53,30 @@ class Kind:
     rods: tuple = ()
     free_joints: tuple = ()
     edit_toml: Callable[[str], str] = lambda text: text
+    edit_urdf: Callable[[str], str] = lambda text: text
+    edit_mjcf: Callable[[str], str] = lambda text: text
+
+
+PIVOT_STOP = math.radians(6)
+
+
+def pivoting(wheels, x):
+    """The rigid machine with two wheels on an axle that turns freely about its middle, up to stops."""
+    def build(payload):
+        import model
+        machine, axle = model.rigid(yaw0=0.0, payload=payload), "pivot_axle"
+        links = [dataclasses.replace(l, parent=axle, pos=(0, l.pos[1], 0)) if l.name in wheels else l for l in machine.links]
+        first = next(k for k, l in enumerate(links) if l.name in wheels)
+        links.insert(first, model.Link(axle, "base_link", (x, 0, -0.10), np.eye(3), (axle, "revolute", (1, 0, 0)), 140.0, (0, 0, 0), np.diag([25.0, 3.0, 25.0])))
+        return dataclasses.replace(machine, links=links)
+    hinge = "<joint name='pivot_axle' type='hinge' axis='1 0 0'"
+    stops = f"{hinge} range='{-PIVOT_STOP} {PIVOT_STOP}' damping='200' solreflimit='0.004 1' solimplimit='0.98 0.99 0.001'"
+
+    def edit_urdf(text):
+        before, axle, after = text.partition("<joint name='pivot_axle'")
+        return before + axle + after.replace("lower='-10' upper='10'", f"lower='{-PIVOT_STOP}' upper='{PIVOT_STOP}'", 1)
+    return Kind(build, free_joints=("pivot_axle",), edit_urdf=edit_urdf, edit_mjcf=lambda text: text.replace(hinge, stops),
+                edit_toml=lambda text: text.replace("front_share = 0.5\ntyre", 'free_joints = ["pivot_axle"]\ntyre'))
 
 
 def scaled(machine, length, mass):
@@ -71,16 +96,23 @@ def kinds():
     import make_forwarder
     import model
     length, mass = HEAVY
+    rigid = Kind(lambda payload: model.rigid(yaw0=0.0, payload=payload))
+    # 9.3 t on six wheels, the rear ones in pairs on free bogies
+    forwarder = Kind(make_forwarder.forwarder, tyre=make_forwarder.TYRE, wheel=(make_forwarder.RADIUS, make_forwarder.HALF_WIDTH),
+                     half_track=make_forwarder.HALF_TRACK, half_base=2.1, free_joints=tuple(make_forwarder.BOGIES), edit_toml=make_forwarder.edit_toml)
     return {
-        "rigid": Kind(lambda payload: model.rigid(yaw0=0.0, payload=payload)),
+        "rigid": rigid,
+        "soft": dataclasses.replace(rigid, tyre=(2e5, 6e3)),
+        "pivot": pivoting(("wheel_rl", "wheel_rr"), -1.15),
+        "front_pivot": pivoting(("steer_fl", "steer_fr"), 1.15),
         "bogie": Kind(lambda payload: model.bogie(payload=payload), rods=("suspension_right", "suspension_left")),
         # 7.4 t on softer tyres, with its IMU off the middle
         "heavy": Kind(lambda payload: dataclasses.replace(scaled(model.rigid(yaw0=0.0, payload=payload / mass), length, mass), imu=(-0.45, 0.3, 0.4)),
                       size=length, mass=mass, tyre=(6e5, 1.4e4), wheel=(0.35 * length, 0.12 * length),
                       half_track=0.875 * length, half_base=1.15 * length),
-        # 9.3 t on six wheels, the rear ones in pairs on free bogies
-        "forwarder": Kind(make_forwarder.forwarder, tyre=make_forwarder.TYRE, wheel=(make_forwarder.RADIUS, make_forwarder.HALF_WIDTH),
-                          half_track=make_forwarder.HALF_TRACK, half_base=2.1, free_joints=tuple(make_forwarder.BOGIES), edit_toml=make_forwarder.edit_toml),
+        "forwarder": forwarder,
+        # with loads at its tool that can turn it over
+        "carrier": dataclasses.replace(forwarder, mass=5.0),
         # 75 kg on hard wheels: a robot that moves its arm far faster than the machines that the estimator's defaults are made for
         "light": Kind(lambda payload: scaled(model.rigid(yaw0=0.0, payload=payload / LIGHT[1]), *LIGHT), size=LIGHT[0], mass=LIGHT[1], tyre=(6e4, 250.0),
                       wheel=(0.35 * LIGHT[0], 0.12 * LIGHT[0]), half_track=0.875 * LIGHT[0], half_base=1.15 * LIGHT[0],
@@ -136,13 +168,17 @@ def wheel_places(machine):
         yield at
 
 
+class CannotDo(Exception):
+    """What is drawn for a manoeuvre is beyond a machine."""
+
+
 def reach_where(wanted, measure):
     """The reach from 0 to 1 at which a measure that grows with it is `wanted`."""
     low, high = 0.0, 1.0
     if measure(high) < wanted:
-        raise ValueError(f"a full reach gives {measure(high):.2f}, not the {wanted:.2f} of this manoeuvre")
+        raise CannotDo(f"a full reach gives {measure(high):.2f}, not the {wanted:.2f} of this manoeuvre")
     if measure(low) > wanted:
-        raise ValueError(f"no reach gives {measure(low):.2f}, more than the {wanted:.2f} of this manoeuvre")
+        raise CannotDo(f"no reach gives {measure(low):.2f}, more than the {wanted:.2f} of this manoeuvre")
     for _ in range(40):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if measure(middle) < wanted else (low, middle)
@@ -436,7 +472,8 @@ def payload_unstated(s):
 EVERYWHERE = [stand, arm_work, arm_work_slope, payload_in_band, tool_force, drive, drive_and_work, hard_brake, corner, slalom, side_slope, up_down, ramp_over, bump_one, bump_both,
               stop_and_go, reversing, soft_ground, lift_return, brake_lift, tip_side, tip_caught, tip_swing, tip_payload_350, tip_payload_200,
               payload_unstated]
-OF = {"rigid": EVERYWHERE, "heavy": EVERYWHERE, "bogie": [*EVERYWHERE, suspension],
+FALLS = [lift_return, brake_lift, tip_side, tip_swing, tip_caught, tip_payload_350, tip_payload_200]
+OF = {"rigid": EVERYWHERE, "heavy": EVERYWHERE, "bogie": [*EVERYWHERE, suspension], "soft": EVERYWHERE, "pivot": EVERYWHERE, "front_pivot": FALLS, "carrier": FALLS,
       "forwarder": [stand, arm_work, arm_work_slope, payload_in_band, drive, drive_and_work, up_down, ramp_over, bump_one, bump_both, stop_and_go, payload_unstated],
       "light": [stand, arm_work, arm_swing]}
 
@@ -448,6 +485,7 @@ def with_bodies(kind, plan):
     z = 0.15 * kind.size
 
     def edit(xml):
+        xml = kind.edit_mjcf(xml)
         radius, half_width = kind.wheel
         xml = xml.replace("size='0.35 0.12 0.35'", f"size='{radius} {half_width} {radius}'")
         contact = "contype='1' conaffinity='2' friction='0.6 0.01 0.005' condim='4' solref='0.02 1.0' solimp='0.9 0.95 0.001'"
@@ -532,6 +570,11 @@ def seed_of(name):
     return zlib.crc32(name.encode())
 
 
+def reference(setting, plan):
+    """A posture in which the machine stands on all wheels: that at the start, or with a pivoting axle, which may hang by one wheel then, the arm to the rear."""
+    return setting.reaching(0, 180) if "pivot_axle" in setting.kind.free_joints else plan.arm(0.0)
+
+
 def make(which, machine_name, manoeuvre, kind, out):
     import machine_file
     import model
@@ -548,15 +591,17 @@ def make(which, machine_name, manoeuvre, kind, out):
     tyre = tuple(plan.softness * value for value in kind.tyre)
     mujoco_model, rows = simulated(scenario, with_bodies(kind, plan), tyre, kind.size * kind.mass)
     tilt = tilts(rows, plan.slope)
+    if manoeuvre is not ramp_over and tilt[0] > TIP_RAD:
+        raise CannotDo("it falls before the log begins")
     keep = without_the_rest(rows, tilt) if plan.falls else len(rows)
     rows, tilt = rows[:keep], tilt[:keep]
 
     out.mkdir(parents=True, exist_ok=True)
     radius, half_width = kind.wheel
-    urdf = model.urdf(nominal).replace("radius='0.35' length='0.24'", f"radius='{radius}' length='{2 * half_width}'")
+    urdf = kind.edit_urdf(model.urdf(nominal)).replace("radius='0.35' length='0.24'", f"radius='{radius}' length='{2 * half_width}'")
     (out / "machine.urdf").write_text(urdf)
     text = kind.edit_toml(machine_file.machine_toml(nominal, "machine.urdf", bool(plan.wrench)))
-    posture = ", ".join(f"{joint} = {value:.6f}" for joint, value in plan.arm(0.0).items())
+    posture = ", ".join(f"{joint} = {value:.6f}" for joint, value in reference(setting, plan).items())
     text = text.replace("tyre_stiffness = 8.0e5", f"tyre_stiffness = {kind.tyre[0]}").replace("[limits]", f"[limits]\nreference_posture = {{ {posture} }}")
     if plan.stated:
         payload = next(link for link in machine.links if link.name == "payload")
@@ -586,12 +631,12 @@ def make(which, machine_name, manoeuvre, kind, out):
 # ---- machines on other supports, which have a simulation of their own
 
 def make_supports_log(which, name, out):
-    """The crane or the forklift of `make_supports`, at another speed of its program."""
+    """The crane or the forklift of `make_supports`, at another speed of its program; the forklift on another slope, and its axle with other stops."""
     import make_supports
     import polars
     draw = Draw(seed_of(f"{which}/{name}"))
     pace = draw("pace", 0.85, 1.1)
-    simulate, sinks, seconds, rows_kept = make_supports.simulate, make_supports.crane_sinks, 42.0, []
+    simulate, degree, rows_kept = make_supports.simulate, make_supports.DEGREE, []
 
     def at_pace(xml, contacts, control, duration, sinking=None):
         rows = simulate(xml, contacts, lambda t: control(t * pace), duration / pace, sinking and (lambda t: sinking(t * pace)))
@@ -599,10 +644,12 @@ def make_supports_log(which, name, out):
         return rows
     out.mkdir(parents=True, exist_ok=True)
     make_supports.simulate = at_pace
+    if name == "forklift":
+        make_supports.DEGREE = degree * draw("steeper", 0.95, 1.2)
     try:
         {"crane": make_supports.make_crane, "forklift": make_supports.make_forklift}[name](out)
     finally:
-        make_supports.simulate = simulate
+        make_supports.simulate, make_supports.DEGREE = simulate, degree
     (out / f"{name}_clean.mcap").rename(out / "clean.mcap")
     (out / f"{name}.mcap").unlink()
     (out / f"{name}.urdf").rename(out / "machine.urdf")
@@ -611,7 +658,6 @@ def make_supports_log(which, name, out):
     (out / f"{name}.truth.parquet").unlink()
     t = np.array([row["t"] for row in rows_kept])
     loads = {support: np.array([row["loads"][support] for row in rows_kept]) for support in rows_kept[0]["loads"]}
-    up = np.array([0, 0, 1.0])
     tilt = np.array([math.acos(min(1.0, 1 - 2 * (row["quat"][1] ** 2 + row["quat"][2] ** 2))) for row in rows_kept])
     polars.DataFrame({"t_ns": [stamp(x) for x in t], **{f"load_{support.lower()}": load.astype(np.float32) for support, load in loads.items()},
                       "tilt": tilt.astype(np.float32)}).write_parquet(out / "truth.parquet")
@@ -627,8 +673,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("lab", type=Path, help="folder of the simulation laboratory")
     parser.add_argument("out", type=Path, help="folder to write to")
-    parser.add_argument("--set", choices=SETS, help="only one of the two sets")
-    parser.add_argument("--only", default="*", help="pattern of the logs to make, such as 'rigid.*'")
+    parser.add_argument("--set", help="only this set")
+    parser.add_argument("--only", default="*", help="patterns of the logs to make, with commas, such as 'rigid.*'")
     arguments = parser.parse_args()
     sys.path.insert(0, str(arguments.lab))
     machines = kinds()
@@ -642,9 +688,13 @@ def main():
 
 def one(arguments, which, name, making):
     out = arguments.out / which / name
-    if not fnmatch.fnmatch(name, arguments.only) or (out / "truth.json").exists():
+    if not any(fnmatch.fnmatch(name, pattern) for pattern in arguments.only.split(",")) or (out / "truth.json").exists():
         return
-    truth = making(out)
+    try:
+        truth = making(out)
+    except CannotDo as error:
+        print(f"{which}/{name}: {error}", flush=True)
+        return
     print(f"{which}/{name}: {truth['duration_s']:.1f} s, first lift {truth['first_lift_s']}, tipping {truth['tipping_s']}, on its side {truth['on_side_s']}, at rest {truth['at_rest_s']}, "
           f"lightest {min(truth['lightest_n'].values()):.0f} N", flush=True)
 

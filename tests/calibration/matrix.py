@@ -1,10 +1,10 @@
 """Run Tipwatch on every variant of every manoeuvre, and tabulate what it found beside what is true.
 
-    .venv/bin/python matrix.py LAB LOGS TABLE.csv [--program PATH] [--set set|held] [--only PATTERN] [--variants PATTERN] [--kind sound|wrong] [--markdown OUT.md]
+    .venv/bin/python matrix.py LAB LOGS TABLE.csv [--program PATH] [--set NAME] [--only PATTERNS] [--variants PATTERNS] [--kind sound|wrong] [--markdown OUT.md]
 
 LAB is the folder of the simulation laboratory, LOGS what `manoeuvres.py` wrote. TABLE.csv receives one row per log, variant and estimator as soon as it
 is known; what it has already is not run again. Then the summary is printed, and written as Markdown. `--print` only summarises. `--keep DIR`
-keeps the logs of the variants. --only and --variants are patterns such as 'rigid.*' and 'noise*'.
+keeps the logs of the variants, and what was found in them. --only and --variants are patterns such as 'rigid.*' and 'noise*'.
 """
 import argparse
 import csv
@@ -31,15 +31,17 @@ from fixture_tools import TRUTH_HALF_WINDOW, savitzky_golay    # noqa: E402
 from variants import Log, sound_variants, wrong_variants    # noqa: E402
 
 ESTIMATORS = ("smoother", "causal")
-LIMIT_S = 60.0         # for one analysis
+LIMIT_S = 240.0        # for one analysis
 NEAR_S = 0.3           # a found lift is that of a true one if they overlap within this time
 FALSE_SHARE = 0.05     # a found lift is false if the wheel carries more than this share of the mean load all along
+BEARS = {"danger": 0.15, "warning": 0.35}    # an alarm is false where every wheel carries more than this share of the mean load, from 1.5 s before to 0.25 s after
 WRONG_SHARE = 0.1      # a load is wrong if it is off by more than this share of the mean load
 ENDS_S = 0.5           # left out of the error of loads at both ends
-COLUMNS = ["set", "log", "machine", "manoeuvre", "variant", "sound", "load_is_stated", "wrong_from_s", "estimator", "exit", "rows", "valid",
+COLUMNS = ["set", "log", "machine", "manoeuvre", "variant", "sound", "load_is_stated", "wrong_from_s", "begins_s", "estimator", "exit", "rows", "valid",
            "rows_before_tipping", "lost_before_tipping", "lost", "lost_after", "doubts", "notes", "gross_inputs", "first_contradiction_s", "delay_s",
            "true_lifts", "missed_lifts", "false_lifts", "lift_errors", "true_tipping_s", "found_tipping_s", "tipping_error_s", "tipping_sigma_s", "tipping_bound",
-           "true_tip_over", "found_tip_over", "true_first_lift_s", "danger_s", "danger_share", "load_rms_percent", "load_z_rms", "wrong_valid_share", "error"]
+           "true_tip_over", "found_tip_over", "true_first_lift_s", "danger_s", "danger_share", "alarms_asked", "false_danger", "false_warning",
+           "load_rms_percent", "load_z_rms", "loads_compared", "loads_in_band", "wrong_valid_share", "true_load_kg", "found_load_kg", "found_load_sigma_kg", "explained_by", "error"]
 
 
 # ---- one variant
@@ -98,7 +100,11 @@ def analysed(task):
             kept = Path(keep) / log.truth["set"] / log.truth["log"]
             kept.mkdir(parents=True, exist_ok=True)
             shutil.copy(path, kept / f"{name}.mcap")
-        return [row_of(folder, log.truth, variant, estimator, path, covers, holes(changed), scratch / estimator, program) for estimator in ESTIMATORS]
+        rows = [row_of(folder, log.truth, variant, estimator, path, covers, holes(changed), scratch / estimator, program) for estimator in ESTIMATORS]
+        if keep:
+            for estimator in filter(lambda estimator: (scratch / estimator).exists(), ESTIMATORS):
+                shutil.copytree(scratch / estimator, kept / f"{name}.{estimator}", dirs_exist_ok=True)
+        return rows
     finally:
         shutil.rmtree(scratch)
 
@@ -116,7 +122,7 @@ def holes(log):
 def row_of(folder, truth, variant, estimator, log, covers, gaps, out, program):
     row = dict.fromkeys(COLUMNS, "")
     row |= {"set": truth["set"], "log": truth["log"], "machine": truth["machine"], "manoeuvre": truth["manoeuvre"], "variant": variant.name,
-            "sound": int(variant.is_sound), "load_is_stated": int(truth["load_is_stated"]), "wrong_from_s": variant.wrong_from, "estimator": estimator}
+            "sound": int(variant.is_sound), "load_is_stated": int(truth["load_is_stated"]), "wrong_from_s": variant.wrong_from, "begins_s": round(covers[0], 3), "estimator": estimator}
     command = [program, "analyze", log, "--machine", folder / "machine.toml", "--out", out, "--quiet", "--estimator", estimator]
     try:
         done = subprocess.run([str(word) for word in command], capture_output=True, text=True, timeout=LIMIT_S)
@@ -163,7 +169,7 @@ def findings(folder, truth, variant, estimator, covers, gaps, out):
         row["true_tipping_s"] = truth["tipping_s"]
         if len(edges):
             row["found_tipping_s"] = round(seconds(edges["start_ns"][0]), 4)
-            row["tipping_error_s"] = round(row["found_tipping_s"] - truth["tipping_s"], 4)
+            row["tipping_error_s"] = min((round(row["found_tipping_s"] - onset, 4) for onset in tipping_of(truth)), key=abs)
             row["tipping_sigma_s"], row["tipping_bound"] = edges["start_sigma_s"][0], edges["start_bound"][0]
     row["true_tip_over"] = int(truth["tilt_10deg_s"] is not None and covers[1] > truth["tilt_10deg_s"])
     row["found_tip_over"] = int((events["kind"] == "tip_over").sum() > 0)
@@ -171,14 +177,51 @@ def findings(folder, truth, variant, estimator, covers, gaps, out):
     first = truth["first_lift_s"]
     row["true_first_lift_s"] = "" if first is None else first
     if first is not None and estimator == "causal":
-        ends = [end for spans in truth["lifts"].values() for _, end in spans]
-        since = (t >= first) & (t <= (math.inf if None in ends or tipping < math.inf else max(ends)))
-        danger = (samples["verdict"] == "danger").fill_null(False).to_numpy()
-        if (since & danger).any():
-            row["danger_s"] = round(float(t[since & danger][0]), 3)
-        if since.any():
-            row["danger_share"] = round(float(danger[since].mean()), 4)
+        row |= danger(truth, samples["verdict"].to_numpy(), t, covers[0])
+    if estimator == "causal":
+        row |= false_alarms(folder, samples["verdict"].to_numpy(), t, before)
+    row |= explained(truth, summary)
     return row | errors(folder, samples, t, is_valid & before)
+
+
+def danger(truth, verdict, t, begins_s):
+    """When the verdict is Danger first since the first lift, and in which share of the rows in which a wheel is in the air."""
+    is_danger = verdict == "danger"
+    row = {}
+    if (found := t[(t >= truth["first_lift_s"]) & is_danger]).size:
+        row["danger_s"] = round(float(found[0]), 3)
+    in_air = np.any([(t >= onset) & (t <= (math.inf if end is None else end)) for spans in truth["lifts"].values() for onset, end in spans], axis=0) & (t >= begins_s)
+    if in_air.any():
+        row["danger_share"] = round(float(is_danger[in_air].mean()), 4)
+    return row
+
+
+def tipping_of(truth):
+    """When the machine begins to tip. One with a pivoting axle tips about the pivot's line, and when the axle is at its stop about the wheels: either counts."""
+    last = [spans[-1][0] for spans in truth["lifts"].values() if spans and spans[-1][1] is None]
+    return [truth["tipping_s"], min(last)] if truth["machine"] in ("forklift", "pivot", "front_pivot") else [truth["tipping_s"]]
+
+
+def false_alarms(folder, verdict, t, before):
+    """Rows that raise an alarm while the true loads of all wheels are far from none."""
+    truth_t, _, raw = true_loads(folder)
+    mean = sum(np.mean(load[:50]) for load in raw.values()) / len(raw)
+    low, step = np.min(list(raw.values()), axis=0), np.median(np.diff(truth_t))
+    past, future = round(1.5 / step), round(0.25 / step)
+    padded = np.concatenate((np.full(past, np.inf), low, np.full(future, np.inf)))
+    near = np.interp(t, truth_t, np.lib.stride_tricks.sliding_window_view(padded, past + future + 1).min(1)) / mean
+    return {"alarms_asked": int(before.sum())} | {f"false_{level}": int(((verdict == level) & before & (near > share)).sum()) for level, share in BEARS.items()}
+
+
+def explained(truth, summary):
+    """What explains the fall most probably, and the load on the tool that nothing states by it."""
+    row = {} if truth["load_is_stated"] else {"true_load_kg": truth["payload_kg"]}
+    for fall in summary.get("explained_falls", []):
+        if found := (fall["load"] or {}).get("combined"):
+            row |= {"found_load_kg": round(found["mass_kg"], 2), "found_load_sigma_kg": round(found["sigma_kg"], 2)}
+        if fall["explanations"]:
+            row["explained_by"] = max(fall["explanations"], key=lambda of: of["probability"])["kind"]
+    return row
 
 
 def casts_doubt(found):
@@ -236,7 +279,7 @@ def errors(folder, samples, t, which):
         off.append(e)
         z.append(e / samples[f"{wheel}_sigma"].to_numpy()[which].astype(float))
     off, z = np.array(off), np.array(z)
-    return {"load_rms_percent": round(float(100 * math.sqrt(np.nanmean(off**2)) / mean), 3), "load_z_rms": round(float(math.sqrt(np.nanmean(np.minimum(z**2, 1e6)))), 3),
+    return {"loads_compared": int(np.isfinite(z).sum()), "loads_in_band": int((np.abs(z) < 2).sum()), "load_rms_percent": round(float(100 * math.sqrt(np.nanmean(off**2)) / mean), 3), "load_z_rms": round(float(math.sqrt(np.nanmean(np.minimum(z**2, 1e6)))), 3),
             "wrong_valid_share": round(float(np.nanmean(np.nanmax(np.abs(off), axis=0) > WRONG_SHARE * mean)), 4)}
 
 
@@ -311,12 +354,12 @@ def standing_doubts(row):
     return found + [("gross input", kind) for kind in row["gross_inputs"].split(";") if kind]
 
 
-DATA_REASONS = {"settling", "joints_gap", "imu_gap", "odometry_gap", "tool_wrench_gap"}
+NO_DOUBT = {"settling", "tipping", "joints_gap", "imu_gap", "odometry_gap", "tool_wrench_gap"}
 
 
 def lost_to_doubt(row):
     """Rows before the machine tips that are lost, though their signals are there."""
-    return sum(count for reason, count in json.loads(row["lost"] or "{}").items() if reason not in DATA_REASONS)
+    return sum(count for reason, count in json.loads(row["lost"] or "{}").items() if reason not in NO_DOUBT)
 
 
 def kind_of(row):
@@ -456,7 +499,7 @@ def main():
     parser.add_argument("logs", type=Path, help="folder that manoeuvres.py wrote")
     parser.add_argument("table", type=Path, help="table to write, one row per log, variant and estimator")
     parser.add_argument("--program", default="tipwatch", help="the program to run")
-    parser.add_argument("--set", choices=("set", "held"))
+    parser.add_argument("--set", help="only this set")
     parser.add_argument("--only", default="*", help="patterns of logs, with commas")
     parser.add_argument("--variants", default="*", help="patterns of variants, with commas")
     parser.add_argument("--kind", choices=("sound", "wrong"))

@@ -5,9 +5,7 @@
 
 LAB, LOGS and the variants are those of `matrix.py`. Each variant is analysed with the causal estimator, whose verdicts are those of the live monitor
 bit for bit, under a machine file that is bound to a commissioning: of the same machine, with sound sensors, by DRIVE.mcap with DRIVE.toml and DRIVE.urdf,
-which is that of the fixture `commissioning` if none is stated. A commissioning proves a joint only where its drive has moved it:
-`make_commissioning.py LAB OUT commissioning_wide` makes one that has moved all of them where these logs work.
-It states plane ground and wheels whose heights are measured to a millimetre, without which no rigid machine is Safe. Only logs of that machine
+which is that of the fixture `commissioning_wide` if none is stated: it has moved all joints where these logs work. It states plane ground and wheels whose heights are measured to a millimetre, without which no rigid machine is Safe. Only logs of that machine
 are analysed. What is wrong in a variant has become wrong after the commissioning. With `--uncommissioned` the same machine file is not bound to
 one: what is proven then, the session has proven. TABLE.csv receives one row per log and variant; what it has already is not run again. `--page` writes the summary between the marks of a
 page of the book.
@@ -32,7 +30,7 @@ from matrix import family, groups, share, table, tips_at, true_loads, variants_o
 from variants import Log    # noqa: E402
 
 BEGIN, END = "<!-- begin: safe rows -->", "<!-- end: safe rows -->"
-FIXTURE = HERE.parent / "data" / "commissioning"
+FIXTURE = HERE.parent / "data" / "commissioning_wide"
 SETTLED_S = 2.0             # rows before it are Unknown by design
 OFF_GROUND_S = 0.1          # a lifted row lies so far within a true lift: what a filter lags is not the question here
 # A row is truly safe if by the true loads U = 1 - load / static load of every wheel is below the limit `warning`, and was for as long as a level is held,

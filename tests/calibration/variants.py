@@ -16,6 +16,7 @@ import itertools
 import json
 import math
 import sys
+import zlib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -188,9 +189,9 @@ def rotate(q, v):
 
 @sound
 def noise(log, seed, scale=1.0):
-    """The laboratory's noise, quantisation and publish delays."""
+    """The laboratory's noise, quantisation and publish delays; each log has its own, by its name."""
     from noise import NOISE as n
-    rng = np.random.default_rng(int(seed))
+    rng = np.random.default_rng([zlib.crc32(f"{log.truth['set']}/{log.truth['log']}".encode()), int(seed)])
     normal = lambda name, shape: rng.normal(0, scale * n[name], shape)
     for stream in log.streams.values():
         count, kind = len(stream.data), stream.schema.name
@@ -217,6 +218,12 @@ def begins(log, seconds):
     """The log begins in motion."""
     for stream in log.streams.values():
         stream.keep(stream.t >= float(seconds))
+
+
+@sound
+def begins_falling(log, seconds):
+    """The log begins while the machine falls."""
+    begins(log, seconds)
 
 
 @sound
@@ -573,6 +580,8 @@ def sound_variants(log):
         add("begins", seconds=round(begin, 2))
     add("ends", seconds=round(0.4 * end, 2))
     if truth["tilt_10deg_s"]:
+        begin = truth["tipping_s"] or truth["tilt_10deg_s"]
+        add("begins_falling", seconds=round(begin + 0.4 * ((truth["on_side_s"] or truth["tilt_10deg_s"] + 0.3) - begin), 2))
         add("ends", seconds=round(truth["tilt_10deg_s"] + 0.15, 2))
         add("ends", seconds=round(truth["tilt_10deg_s"] + 0.6, 2))
     for topic, begin, seconds in ((IMU, 0.3, 0.4), (JOINTS, 0.45, 0.4), (ODOMETRY, 0.3, 3.0), (IMU, 0.55, 1.5), (JOINTS, 0.3, 3.0)):
