@@ -74,7 +74,7 @@ def test_a_fleet_has_the_language_that_is_asked_for(tmp_path):
     asked = dict(machine=DATA / "tiny_lift.toml", reports="all")
     for lang, written in [("de", "de"), ("en", "en"), (None, "en")]:
         fleet = tw.screen(DATA / "tiny_lift.mcap", out=tmp_path / str(lang), lang=lang, **asked)
-        reports = list((tmp_path / str(lang) / "reports").glob("*.html"))
+        reports = list((tmp_path / str(lang) / "reports").rglob("*.html"))
         assert reports
         for page in [fleet.page, *reports]:
             assert f'<html lang="{written}"' in page.read_text()
@@ -90,7 +90,7 @@ def test_the_tasks_of_an_engine_speak_the_language_of_the_screening(tmp_path):
     for log, _ in task.logs([DATA / "tiny_lift.mcap"]):
         assert task.run(log) is None
     fleet = task.gather(tmp_path / "fleet", None, None, None, False)
-    for page in [fleet.page, *(tmp_path / "fleet" / "reports").glob("*.html")]:
+    for page in [fleet.page, *(tmp_path / "fleet" / "reports").rglob("*.html")]:
         assert '<html lang="de"' in page.read_text()
 
 
