@@ -92,7 +92,9 @@ pub(super) fn adopt_all(root: &Path) {
         .lines()
         .filter_map(|line| serde_json::from_str(line).ok());
     let listed: BTreeSet<String> = listed.map(|line: Line| line.file).collect();
-    for path in recorded_files(root) {
+    let mut recorded: Vec<_> = recorded_files(root).collect();
+    recorded.sort();
+    for path in recorded {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         if name.starts_with("clip_") && !listed.contains(&relative(root, &path)) {
             list(root, &path, described(&path));

@@ -218,6 +218,29 @@ fn clip_of_a_lasting_condition_goes_on_in_the_next_file() {
     );
 }
 
+/// The file that goes on lacks nothing where the one before it began too late.
+#[test]
+fn file_that_continues_a_short_one_is_complete() {
+    let root = tempfile::tempdir().unwrap();
+    let options = ClipOptions {
+        longest: Duration::from_secs(5),
+        ..options()
+    };
+    let mut black_box = BlackBox::new(root.path(), options);
+    let lasting: Vec<u32> = (52..150).collect();
+    black_box.sequence = 50;
+    black_box.run(200, &lasting, 50);
+    let counts = black_box.end();
+    assert_eq!((counts.clips, counts.short_clips), (3, 1));
+    let listed = lines(root.path());
+    let complete: Vec<_> = listed.iter().map(|line| &line["is_complete"]).collect();
+    assert_eq!(complete, [false, true, true]);
+    // the next recorder finds the same in the files
+    std::fs::remove_file(root.path().join("clips.jsonl")).unwrap();
+    adopt_all(root.path());
+    assert_eq!(lines(root.path()), listed);
+}
+
 /// The ring keeps what fits; the clip and the counts tell what is missing.
 #[test]
 fn ring_without_room_is_told() {

@@ -45,7 +45,7 @@ pub struct ClipOptions {
 /// A clip that is wanted, whether or not its file is open.
 #[derive(Debug)]
 struct Wanted {
-    /// Its span in the time of the session (ns).
+    /// Its span in the time of the session, without what is written (ns).
     from_ns: i64,
     until_ns: i64,
     /// The trigger that began it.
@@ -293,6 +293,9 @@ impl ClipWriter {
             }
         };
         clip.write(messages, &self.plan.preamble)?;
+        if let (Some(wanted), Some(last)) = (&mut self.wanted, messages.last()) {
+            wanted.from_ns = last.session_ns;
+        }
         let is_new = |message: &Encoded| matches!(message.kind, Kind::Verdict { is_new: true, .. });
         if messages.iter().any(is_new) {
             self.sync.now();
@@ -356,17 +359,19 @@ impl ClipWriter {
 
     /// Finishes the clip: no trigger belongs to it any more.
     pub(super) fn finish(&mut self) {
-        self.finish_file();
-        if let Some(wanted) = self.wanted.take() {
+        if let Some(wanted) = &mut self.wanted {
             // what could not be written until now
             let mut lost = Dropped::default();
             while let Some(message) = self.ring.take_until(wanted.until_ns) {
                 lost.count(message.kind);
             }
+            wanted.is_short |= lost != Dropped::default();
             self.count_lost(lost);
-            let is_short = wanted.is_short || lost != Dropped::default();
-            self.counts.short_clips += u64::from(is_short);
         }
+        self.finish_file();
+        // where no file was left to tell it
+        let is_short = self.wanted.take().is_some_and(|wanted| wanted.is_short);
+        self.counts.short_clips += u64::from(is_short);
         self.met = None;
     }
 
@@ -374,14 +379,14 @@ impl ClipWriter {
     fn finish_file(&mut self) -> Option<PathBuf> {
         let clip = self.clip.take()?;
         let (name, counts) = (clip.path().to_owned(), clip.counts);
-        let is_short = self.wanted.as_ref().is_some_and(|wanted| wanted.is_short);
-        let wanted = self.wanted.as_mut();
-        let onsets = wanted.map(|wanted| std::mem::take(&mut wanted.onsets));
-        let listed = clip.finish(onsets.unwrap_or_default());
-        match listed {
+        let mut wanted = self.wanted.as_mut();
+        let onsets = (wanted.as_mut()).map(|wanted| std::mem::take(&mut wanted.onsets));
+        match clip.finish(onsets.unwrap_or_default()) {
             Ok(clip) => {
+                let is_short = wanted.is_some_and(|wanted| std::mem::take(&mut wanted.is_short));
                 self.counts.add(&counts);
                 self.counts.clips += 1;
+                self.counts.short_clips += u64::from(is_short);
                 clip_list::add(&self.plan.retention.root(), &clip, is_short);
                 self.plan.retention.apply();
                 Some(clip.path)
