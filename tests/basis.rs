@@ -280,7 +280,7 @@ fn what_no_load_hangs_on_needs_no_proof() {
         odometry: true,
         ..Default::default()
     };
-    let needed = machine.needed_proofs(&sensors).names(&machine);
+    let needed = machine.needed_proofs(&sensors).on(None).names(&machine);
     let expected = [
         "imu.specific_force",
         "imu.angular_velocity",
@@ -346,7 +346,7 @@ fn payloads_supports_and_forces_are_proven_by_a_person_at_the_commissioning() {
         payload_signals: vec![0],
         ..Default::default()
     };
-    let needed = machine.needed_proofs(&sensors);
+    let needed = machine.needed_proofs(&sensors).on(None);
     let proven = |answers: &Answers| {
         let found = assess(&machine, &sensors, &Recording::new(&sensors), answers);
         let source = CommissioningSource {

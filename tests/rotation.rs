@@ -641,6 +641,27 @@ fn a_wheel_that_is_off_the_ground_before_the_fall_is_not_dated_by_it() {
     assert_eq!(lift.start_bound, Bound::AtOrBefore, "{lift:?}");
 }
 
+/// From the first of these rows on the load of a wheel is zero within its error: it falls to zero half a second later, or had fallen.
+#[test]
+fn a_lift_that_no_row_shows_to_begin_may_be_older_than_its_date() {
+    let lift_from = |from_s| {
+        let options = Options {
+            from_s,
+            ..Options::default()
+        };
+        let analysis = analysed(&data("tip_over.mcap"), options);
+        let first_ns = analysis.rows.times_ns[0];
+        let lifts = analysis.events.into_iter();
+        let lifts = lifts.filter(|it| it.kind == EventKind::WheelLift && it.subject == "rr");
+        let lift = lifts.min_by_key(|event| event.start_ns).unwrap();
+        ((lift.start_ns - first_ns) as f64 * 1e-9, lift.start_bound)
+    };
+    assert_eq!(lift_from(None).1, Bound::At);
+    let (at_s, bound) = lift_from(Some(2.8));
+    assert!(at_s > 0.4, "{at_s}");
+    assert_eq!(bound, Bound::AtOrBefore);
+}
+
 #[test]
 fn a_fall_that_begins_in_the_log_keeps_its_onset_and_its_causes() {
     for (name, edge, cut_s) in [("tip_over", "left", 3.5), ("forklift", "right", 6.0)] {

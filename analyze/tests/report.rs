@@ -750,6 +750,19 @@ fn a_machine_on_an_axle_with_a_pivot_stands_on_three_points() {
     let answer = answer.split("When was it?").next().unwrap();
     // what tips over the edge is off the ground without an event of its own, too
     assert!(answer.contains("FL (from"), "{answer}");
+    // what has a lift of its own is not told twice
+    let tells = |analysis: &Analysis| {
+        story(analysis)
+            .concat()
+            .contains("wheel RL left the ground, too")
+    };
+    assert!(tells(&analysis));
+    let mut events = analysis.events.iter();
+    let over = events.find(|event| event.kind == EventKind::TipOver);
+    let start_ns = over.unwrap().start_ns + 500_000_000;
+    let lift = Event::blank(EventKind::WheelLift, start_ns, "rl".into());
+    analysis.events.push(lift);
+    assert!(!tells(&analysis));
     assert!(!text.contains("no wheel was below its limit"));
     // rows before the onset are valid, also those with a wheel below its limit
     assert!(
@@ -1095,4 +1108,65 @@ fn a_fall_behind_missing_rows_has_no_causes_and_says_that_it_may_be_earlier() {
     let (_, heading) = text.split_once("; it began at ").unwrap();
     let heading: String = heading.chars().take(40).collect();
     assert!(heading.contains(" or earlier"), "{heading}");
+}
+
+/// The first page of a log without an event was half blank: neither a time line nor a figure.
+#[test]
+fn a_log_without_an_event_shows_when_it_came_closest() {
+    let mut analysis = analysis("tiny");
+    let times_ns = &analysis.rows.times_ns;
+    let [from, to] = [4, 2].map(|part| times_ns[times_ns.len() / part]);
+    analysis.events = vec![Event {
+        end_ns: Some(to),
+        ..Event::blank(EventKind::InputGap, from, "imu".into())
+    }];
+    let page = page(&analysis);
+    let sheet = section(&page, "Summary");
+    let (_, line) = sheet.split_once("<figure class=\"timeline\">").unwrap();
+    let (line, figures) = line.split_once("</figure>").unwrap();
+    let bars = |class: &str| line.matches(&format!("class=\"step-{class}\"")).count();
+    assert_eq!(["light", "lift", "tip", "gap"].map(bars), [1, 0, 0, 1]);
+    assert!(bars("steady") > 0);
+    // marked in the chart of the loads and in that of the attitude
+    assert!(figures.matches("class=\"event\"").count() > 1);
+    let (_, wheel) = analysis.digest.lightest.unwrap();
+    let wheel = &analysis.machine.wheels()[wheel].name;
+    assert!(words(line).contains(wheel), "{line}");
+}
+
+/// "Minimum load 5193 N on wheel RL" stood above "6000 N on RR", each the smallest in its own way.
+#[test]
+fn the_first_sentence_is_about_the_load_that_is_drawn() {
+    let mut analysis = analysis("tiny");
+    let (row, wheel) = analysis.digest.lightest.unwrap();
+    let other = (wheel + 1) % analysis.machine.wheels().len();
+    for (row, wheel) in [(row, wheel), (row / 2, other)] {
+        analysis.digest.lightest = Some((row, wheel));
+        let told = story(&analysis).join(" ");
+        let wheel = &analysis.machine.wheels()[wheel].name;
+        let at = format!("wheel {wheel} at t = {:.2} s", analysis.rows.seconds(row));
+        assert!(told.contains(&at), "{at}: {told}");
+    }
+}
+
+/// In the simulation the wheel was off the ground, and the rows of a machine that tips were left out.
+#[test]
+fn a_wheel_that_its_band_lets_lift_while_the_machine_tips_is_named() {
+    let mut analysis = analysis("tiny");
+    let row = analysis.rows.len() / 2;
+    let found = &mut analysis.digest.wheels[0];
+    let mut band = found.least_in_band.unwrap();
+    (band.row, band.otf_n, band.sigma_n) = (row, 100.0, 500.0);
+    found.least_while_tipping = Some(band);
+    let told = |analysis: &Analysis| {
+        words(section(&page(analysis), "Summary")).contains("Within the bands a lift")
+    };
+    assert!(told(&analysis));
+    // of a machine that falls over, the loads tell nothing of the wheels that it falls over
+    let at_ns = analysis.rows.times_ns[row];
+    analysis.events = vec![Event {
+        worst: 0.5,
+        ..Event::blank(EventKind::TipOver, at_ns - 1, "left".into())
+    }];
+    assert!(!told(&analysis));
 }

@@ -1485,7 +1485,8 @@ fn reports_of_a_fleet_are_small() {
         let reports = reports_of(out.path());
         assert_eq!(reports.len(), 1, "{name}");
         let page = fs::read(reports[0].join("report.html")).unwrap();
-        assert!(page.len() < 150_000, "{name}: {}", page.len());
+        // those of an hour with many events need room up to 150 kB
+        assert!(page.len() < 140_000, "{name}: {}", page.len());
     }
 }
 

@@ -32,8 +32,8 @@
  * wrench have stream 0. Actuator signals are numbered over all joints whose bit is set in actuated_joints, ascending: one
  * stream for a joint with a force, two for one with pressures (piston side, then rod side). Bit k is the k-th linkage of the
  * machine file that binds a force or pressures and carries some, but not all wheels. The stream of a load sensor is the number
- * of its bit in load_sensors. The end of the session (kind end) has
- * as sequence the number of samples before it.
+ * of its bit in load_sensors, that of a signal of a payload of its bit in payload_signals, and that of a force of the arm of its
+ * bit in force_signals. The end of the session (kind end) has as sequence the number of samples before it.
  *
  * UNITS AND CLOCKS. The producer sends SI units, signs, zeros and names of the URDF: scale, offset and field of the machine
  * file's signals, and its clock offsets, are for logs, where replay applies them. The monitor applies none of them. Stamps of
@@ -52,7 +52,7 @@
 #endif
 
 #define TIPWATCH_MAGIC UINT64_C(216265421728270676)
-#define TIPWATCH_CONTRACT UINT64_C(14840289274520722866)
+#define TIPWATCH_CONTRACT UINT64_C(13496251770618078529)
 #define TIPWATCH_SAMPLE_QUEUE UINT64_C(2048)
 #define TIPWATCH_VERDICT_QUEUE UINT64_C(2048)
 #define TIPWATCH_COMMAND_QUEUE UINT64_C(2048)
@@ -339,6 +339,8 @@ enum tipwatch_kind {
     TIPWATCH_KIND_COMMAND = 9,
     /* What tells the mass of a payload. */
     TIPWATCH_KIND_PAYLOAD = 10,
+    /* A force of the arm by which nothing is computed, or a pressure of it. */
+    TIPWATCH_KIND_FORCE = 11,
 };
 
 /* Numbers: mode of the command. */
@@ -405,8 +407,8 @@ enum tipwatch_status {
 };
 
 /* What a reader must know before the first sample. Its source identifies the session. */
-#define TIPWATCH_SESSION_TYPE "tipwatch.Session.v5"
-#define TIPWATCH_SESSION_LAYOUT "05607bacd1c94fb3"
+#define TIPWATCH_SESSION_TYPE "tipwatch.Session.v6"
+#define TIPWATCH_SESSION_LAYOUT "756c4b3e015c350b"
 struct tipwatch_session {
     /* MAGIC */
     uint64_t magic;
@@ -457,8 +459,10 @@ struct tipwatch_session {
      * stated mass; of an estimated one the force, or the pressures at piston and rod, of the first linkage that lifts it,
      * each numbered once. */
     uint32_t payload_signals;
-    /* Zero. */
-    uint32_t reserved;
+    /* Bits: the signals of the forces of the arm, by which nothing is computed, and which are compared with what masses and motion
+     * require: by linkage in the order of the machine file, the force, or the pressures at piston and rod, of each that binds
+     * them, carries no wheels and carries no payload of unknown mass. */
+    uint32_t force_signals;
     /* frame_id of the IMU; empty if it has none. */
     uint8_t imu_frame[64];
     /* Stream of each joint, ascending. */
@@ -490,7 +494,7 @@ struct tipwatch_sample {
     int64_t log_time_ns;
     /* Kind of sensor: 1 joints, 2 IMU, 3 odometry, 4 tool wrench, 5 end of the session, 6 actuator
      * signal, 7 signal that tells whether supports are set or raised, 8 load sensor, 9 rate that
-     * is asked of a joint, 10 signal that tells the mass of a payload. */
+     * is asked of a joint, 10 signal that tells the mass of a payload, 11 signal of a force of the arm. */
     uint32_t kind;
     /* Index of the stream among those of its kind. */
     uint32_t stream;
@@ -503,7 +507,8 @@ struct tipwatch_sample {
      * (m/s), angular velocity, attitude. Tool wrench: force (N) and moment (N m) of the environment
      * on the tool. Actuator: force (N) or pressure (Pa). Signal of supports: the number that the machine file binds, on from
      * its threshold on; it is to be sent again before it is older than the machine file allows. Load sensor: its load (N). Rate that a
-     * controller asks of a joint (rad/s, m/s), NaN while it asks for nothing. Zero beyond value_count. */
+     * controller asks of a joint (rad/s, m/s), NaN while it asks for nothing. Force of the arm: force (N) or pressure (Pa), as of an
+     * actuator. Zero beyond value_count. */
     double values[128];
     /* CRC-32 (as in zlib) of all bytes before this field. */
     uint64_t checksum;
@@ -511,8 +516,8 @@ struct tipwatch_sample {
 TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_sample) == 1104, "tipwatch_sample");
 
 /* What a reader of verdicts must know about the machine, and about the monitor that computes them. */
-#define TIPWATCH_MACHINE_TYPE "tipwatch.Machine.v7"
-#define TIPWATCH_MACHINE_LAYOUT "3cd8031a739d54e8"
+#define TIPWATCH_MACHINE_TYPE "tipwatch.Machine.v8"
+#define TIPWATCH_MACHINE_LAYOUT "2134b31e30148753"
 struct tipwatch_machine {
     /* MAGIC */
     uint64_t magic;
@@ -544,6 +549,10 @@ struct tipwatch_machine {
     uint32_t load_sensor_count;
     /* Number of joints whose position in a session before is compared with the first one. */
     uint32_t known_count;
+    /* Number of forces of the arm. */
+    uint32_t arm_force_count;
+    /* Zero. */
+    uint32_t reserved;
     /* Name of the machine. */
     uint8_t name[64];
     /* Names of the wheels, in lower case: of all supports, on the ground or not, where these come and go. */
@@ -554,6 +563,8 @@ struct tipwatch_machine {
     uint8_t joint_names[64][64];
     /* Names of the load sensors, in the order of the bits of the session. */
     uint8_t load_sensor_names[32][64];
+    /* Names of the linkages with a force of the arm, in the order of the bits of the verdict's doubted_forces. */
+    uint8_t arm_force_names[32][64];
     /* Which signals these are: 0 specific force, 8 + k: joint k of the machine. */
     uint32_t doubted_signals[64];
     /* By how much each is off (rad, m, m/s2), as far as was seen; 0 of a joint that stopped to be measured. */
@@ -588,12 +599,12 @@ struct tipwatch_machine {
     /* CRC-32 (as in zlib) of all bytes before this field. */
     uint64_t checksum;
 };
-TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_machine) == 12184, "tipwatch_machine");
+TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_machine) == 14240, "tipwatch_machine");
 
 /* The verdict: how close the machine is to tipping. A number that cannot be computed is NaN.
  * Consumers must treat a verdict past valid_until_ns as a fault. */
-#define TIPWATCH_VERDICT_TYPE "tipwatch.Verdict.v7"
-#define TIPWATCH_VERDICT_LAYOUT "cd8d0f2d977c83c7"
+#define TIPWATCH_VERDICT_TYPE "tipwatch.Verdict.v8"
+#define TIPWATCH_VERDICT_LAYOUT "bac2013c302d0dae"
 struct tipwatch_verdict {
     /* MAGIC */
     uint64_t magic;
@@ -676,7 +687,8 @@ struct tipwatch_verdict {
      * but where supports come and go. */
     uint32_t standing;
     /* Why it is unknown which supports are on the ground; 0 if it is known. 1 the weight passes from some to others,
-     * 2 the machine cannot stand on what is told, 16 + k: the signal that tells of wheel k is missing or too old,
+     * 2 the machine cannot stand on what is told, 3 they are known, but in its reference posture it would not stand on them: U is unknown,
+     * 16 + k: the signal that tells of wheel k is missing or too old,
      * 32 + k: wheel k is told to be off the ground while its own sensor measures a load. */
     uint32_t ground_gap;
     /* Index of the wheel where each edge begins, counter-clockwise seen from above. */
@@ -709,6 +721,12 @@ struct tipwatch_verdict {
     uint32_t load_explanation;
     /* Bits: the supports whose sensors may be exchanged. */
     uint32_t exchanged_sensors;
+    /* Bits: the forces of the arm that contradict, lasting for two seconds, what masses and motion require. Rows are doubted
+     * meanwhile: the force, a position, a mass or a load is wrong, or the arm rests on something. */
+    uint32_t doubted_forces;
+    /* Bits: the forces of the arm that repeat one value, lasting for two seconds, although the motion has changed the force that
+     * is required: they are not measured any more. Rows are not doubted because of that. */
+    uint32_t frozen_forces;
     /* Why nothing is predicted by each assumed motion; 0 if something is: the other fields of the prediction are
      * NaN or meaningless otherwise. Assumed motions: 0 the motion goes on, 1 the platform brakes now, 2 the arm
      * stops now. A prediction never changes the level. */
@@ -791,7 +809,7 @@ struct tipwatch_verdict {
     /* CRC-32 (as in zlib) of all bytes before this field. */
     uint64_t checksum;
 };
-TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_verdict) == 3112, "tipwatch_verdict");
+TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_verdict) == 3120, "tipwatch_verdict");
 
 /* Command to the valves of the suspension. The valve driver must close them when it is past
  * valid_until_ns. Arrays are by actuator, in the order of suspension.linkages in the machine file. */

@@ -45,8 +45,8 @@ pub const MIN_LATE_NS: f64 = 20e6;
 pub const STALE_PERIODS: f64 = 10.0;
 /// ... but not before this time (ns). The upper bound is the estimator's longest gap.
 pub const MIN_STALE_NS: f64 = 50e6;
-/// The same upper bound for odometry beside an IMU and for load sensors: the estimate goes on without them, with a larger uncertainty or
-/// unchecked.
+/// The same upper bound for odometry beside an IMU, for load sensors and for forces of the arm: the estimate goes on without them, with a
+/// larger uncertainty or unchecked.
 pub const MAX_AUXILIARY_AGE_NS: i64 = 5 * SECOND;
 /// An untimed session without samples for this long is stale between rows.
 pub const UNTIMED_SILENCE_NS: i64 = SECOND;

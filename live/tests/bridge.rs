@@ -17,6 +17,7 @@ use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::state::Sensor;
 use tipwatch_mechanics::verdict::{InputFault, Level};
 
+use crate::arm_forces::with_forces;
 use crate::support::killing::Reading;
 use crate::support::{LIMIT, World, data};
 
@@ -99,6 +100,9 @@ fn bridged_messages_give_the_samples_of_the_log_bit_for_bit() {
     let mut machines: Vec<(&str, MachineFile)> =
         names.iter().map(|name| (*name, machine(name))).collect();
     machines.push(("crane", crane_with_loads_and_commands()));
+    let folder = tempfile::tempdir().unwrap();
+    let forces = with_forces(folder.path(), "");
+    machines.push(("lift_payload", MachineFile::read(&forces).unwrap()));
     for (name, file) in machines {
         let path = data(&format!("{name}.mcap"));
         let (lanes, arrivals) = arrivals(&path);
@@ -139,13 +143,23 @@ fn bridged_messages_give_the_samples_of_the_log_bit_for_bit() {
                 load_sensors,
                 joint_commands,
                 payload_signals,
+                force_signals,
                 ..
             } = session.clone();
-            [switches, load_sensors, joint_commands, payload_signals]
+            [
+                switches,
+                load_sensors,
+                joint_commands,
+                payload_signals,
+                force_signals,
+            ]
         };
         assert_eq!(beside(&assembly.session), beside(&session), "{name}");
         if name == "crane" {
-            assert_eq!(beside(&session).map(|it| it.len()), [5, 1, 1, 1]);
+            assert_eq!(beside(&session).map(|it| it.len()), [5, 1, 1, 1, 0]);
+        }
+        if name == "lift_payload" {
+            assert_eq!(beside(&session).map(|it| it.len()), [0, 0, 0, 0, 3]);
         }
     }
 }

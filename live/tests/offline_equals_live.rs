@@ -11,6 +11,7 @@ use tipwatch_mechanics::prediction::{Law, PredictedNumber, PredictionGap};
 use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::{Contribution, Quantity};
 
+use crate::arm_forces::with_forces;
 use crate::payloads::{FORCE, PRESSURES, SCALE, with_payload};
 use crate::support::offline::causal;
 use crate::support::{Ended, World, data};
@@ -68,7 +69,12 @@ fn assert_same_row(line: &str, analysis: &Analysis, row: usize) {
         names.collect::<Vec<_>>()
     });
     assert_eq!(value["standing"], serde_json::json!(standing));
-    assert_eq!(value["ground_gap"].is_null(), standing.is_some());
+    let lacks_reference = value["ground_gap"] == "no_reference_loads";
+    assert_eq!(
+        value["ground_gap"].is_null() || lacks_reference,
+        standing.is_some()
+    );
+    assert!(!lacks_reference || value["utilisation"].is_null());
     let time_to_lift_off_s = verdicts.time_to_lift_off_s[row];
     let number = |quantity| rows.whole().outcomes.column(quantity)[row];
     type OfWheel = fn(usize) -> Quantity;
@@ -430,6 +436,23 @@ fn payloads_that_are_stated_by_a_signal_or_weighed_have_the_bits_of_offline_rows
         let loads = known.filter(|row| row["load_n"]["fl"].is_number()).count();
         assert!(loads > 300, "{test}: {loads}");
         assert!(rows[0]["payload_mass_kg"].is_null() && rows[0]["verdict"] == "unknown");
+    }
+}
+
+// requirement: TW-VERDICT-24, TW-VERDICT-26
+#[test]
+fn forces_of_the_arm_cast_doubt_live_as_offline() {
+    let folder = tempfile::tempdir().unwrap();
+    for (test, tilt, doubted) in [
+        ("arm_forces", "", None),
+        ("arm_forces_off", ", scale = 2.0", Some("tilt")),
+    ] {
+        let machine = with_forces(folder.path(), tilt);
+        let rows = rows_on_supports(test, &data("lift_payload.mcap"), &machine);
+        let wanted = serde_json::json!(doubted.iter().collect::<Vec<_>>());
+        assert_eq!(rows.last().unwrap()["doubted_forces"], wanted);
+        // without a doubt in the beginning
+        assert_eq!(rows[100]["doubted_forces"], serde_json::json!([]));
     }
 }
 

@@ -18,6 +18,7 @@ use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::machine::Proofs;
 use tipwatch_mechanics::verdict::{InputFault, Latch, Level};
 
+use crate::arm_forces::with_forces;
 use crate::payloads::{PRESSURES, SCALE, with_payload};
 use crate::support::feed::Feed;
 use crate::support::killing::{Reading, Times, files, known_sequences, sequences};
@@ -371,6 +372,20 @@ fn recording_keeps_what_tells_of_payloads() {
         assert_reproduced(&rows, &recorded);
         assert_same_columns(&causal(&log, &machine), &recorded);
     }
+}
+
+// requirement: TW-RECORD-01
+#[test]
+fn recording_keeps_forces_of_the_arm() {
+    let folder = tempfile::tempdir().unwrap();
+    let world = World::new("recorded_forces");
+    let machine = with_forces(folder.path(), ", scale = 2.0");
+    let (log, out) = (data("lift_payload.mcap"), folder.path().join("out"));
+    let rows = recorded_replay(&world, &log, &machine, &out, "1");
+    assert!(rows.iter().any(|row| row.doubted_forces != 0));
+    let recorded = causal(&session_in(&out), &machine);
+    assert_reproduced(&rows, &recorded);
+    assert_same_columns(&causal(&log, &machine), &recorded);
 }
 
 /// Returns the number of samples that the recorder refused: a busy computer may hold up the producer until its clock and the

@@ -154,6 +154,24 @@ fn every_load_sensor_is_required() {
     assert_eq!(found.reason, Refusal::SensorUnknown, "{}", found.text);
 }
 
+// requirement: TW-REFUSAL-04, TW-REFUSAL-05
+#[test]
+fn every_force_of_the_arm_is_required() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = MachineFile::read(&crate::arm_forces::with_forces(folder.path(), "")).unwrap();
+    let urdf = file.urdf(None, None).unwrap();
+    let log = data("lift_payload.mcap");
+    let mut session = LogSamples::read(&log, &file, None).unwrap().session;
+    assert_eq!(session.force_signals, [0, 1, 2]);
+    assert_eq!(refused(&session, &file, &urdf), None);
+    session.force_signals.pop();
+    let found = refused(&session, &file, &urdf).unwrap();
+    assert_eq!(found.reason, Refusal::SensorMissing, "{}", found.text);
+    session.force_signals = vec![0, 1, 2, 3];
+    let found = refused(&session, &file, &urdf).unwrap();
+    assert_eq!(found.reason, Refusal::SensorUnknown, "{}", found.text);
+}
+
 // requirement: TW-REFUSAL-08
 #[test]
 fn spans_of_time_do_not_suit_a_monitor() {
@@ -172,6 +190,7 @@ fn spans_of_time_do_not_suit_a_monitor() {
         load_sensors: Vec::new(),
         joint_commands: Vec::new(),
         payload_signals: Vec::new(),
+        force_signals: Vec::new(),
         ..session
     };
     let found = refused(&session, &file, &urdf).unwrap();

@@ -8,6 +8,8 @@
 
 /// Alarms outlive everything but an acknowledgement.
 mod alarms;
+/// Measured forces of the arm that nothing is computed by.
+mod arm_forces;
 /// Clips around triggers, and recorders that come too late.
 mod black_box;
 /// Messages of networks become the samples of a log.

@@ -69,7 +69,7 @@ pub use state::{
     resting_state,
 };
 pub use studies::actuator_force::{actuator_force, carries_payload};
-pub use studies::actuator_force_sigma::actuator_force_sigma;
+pub use studies::actuator_force_sigma::{ForceSigma, actuator_force_sigma};
 pub use studies::combination_sigma::{combination_sigma, signal_errors};
 pub use studies::forces_by_rule::ForcesByRule;
 pub use studies::payload_estimate::{

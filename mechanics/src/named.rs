@@ -58,3 +58,51 @@ macro_rules! named {
         }
     };
 }
+
+/// Declares a set of the variants of an enum that `named!` declares, as bits in their order.
+#[macro_export]
+macro_rules! named_set {
+    ($(#[$attribute:meta])* $visible:vis struct $name:ident($bits:ty) of $of:ident;) => {
+        $(#[$attribute])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
+        $visible struct $name($bits);
+
+        impl $name {
+            /// The empty set.
+            $visible const NONE: Self = Self(0);
+
+            /// Adds one.
+            $visible fn add(&mut self, one: $of) {
+                self.0 |= 1 << one as u8;
+            }
+
+            /// Adds every one of another set.
+            $visible fn add_all(&mut self, others: Self) {
+                self.0 |= others.0;
+            }
+
+            /// Whether the set contains it.
+            #[must_use]
+            $visible fn has(self, one: $of) -> bool {
+                self.0 >> one as u8 & 1 == 1
+            }
+
+            /// Whether the set is empty.
+            #[must_use]
+            $visible fn is_empty(self) -> bool {
+                self.0 == 0
+            }
+
+            /// All of the set, in order.
+            $visible fn iter(self) -> impl Iterator<Item = $of> {
+                $of::ALL.into_iter().filter(move |&one| self.has(one))
+            }
+
+            /// The set as bits, for messages and files.
+            #[must_use]
+            $visible fn bits(self) -> $bits {
+                self.0
+            }
+        }
+    };
+}

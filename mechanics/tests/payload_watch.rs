@@ -85,6 +85,7 @@ fn weigh(
             measured_loads: Vec::new(),
             commands: Vec::new(),
             lift_forces: vec![truth.map_or(f64::NAN, |_| force)],
+            arm_forces: Vec::new(),
         };
         watch.row(&machine, &mut estimate);
         let mass = estimate.state.payload_share[0];

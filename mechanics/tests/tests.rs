@@ -16,6 +16,8 @@ mod closed_form_properties;
 mod closed_form_refusals;
 // Sensitivities against dual numbers and differences.
 mod derivatives;
+// Measured forces of the arm against masses and motion.
+mod force_watch;
 // Values of the machine file in several forms, and their errors.
 mod forms;
 // The hydraulics of the machine file.

@@ -113,10 +113,20 @@ impl Coverage {
 
 impl std::fmt::Display for Coverage {
     /// "7.3 of 20.0 s (36.5 %)", and "before it lay on its side" where it did; rounded down, so that only a whole log reads
-    /// 100 %.
+    /// 100 %, or the same time twice.
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let (computable_s, on_wheels_s) = (self.computable_s, self.covered_s - self.on_side_s);
-        formatter.write_str(&say!("{computable_s:.1} of {on_wheels_s:.1} s"))?;
+        let reads_whole = format!("{computable_s:.1}") == format!("{on_wheels_s:.1}");
+        formatter.write_str(&match reads_whole && computable_s < on_wheels_s {
+            true => {
+                let on_wheels_ms = (1e3 * on_wheels_s).round();
+                let computable_ms = (1e3 * computable_s).floor().min(on_wheels_ms - 1.0);
+                let [computable_s, on_wheels_s] =
+                    [computable_ms, on_wheels_ms].map(|time_ms| 1e-3 * time_ms);
+                say!("{computable_s:.3} of {on_wheels_s:.3} s")
+            }
+            false => say!("{computable_s:.1} of {on_wheels_s:.1} s"),
+        })?;
         if self.on_side_s > 0.0 {
             formatter.write_str(word!(" on its wheels"))?;
         }
@@ -261,4 +271,31 @@ fn computable_s(rows: &Table, holes: &[(i64, i64)]) -> [f64; 2] {
         }
     }
     [sum_ns * 1e-9, doubted_ns * 1e-9]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_whole_log_reads_the_same_time_twice() {
+        let told = |computable_s: f64| {
+            let coverage = Coverage {
+                covered_s: 18.0,
+                computable_s,
+                valid_share: Some(computable_s / 18.0),
+                on_side_s: 0.0,
+                after_rows_s: 0.0,
+                computable_rows: 0,
+                doubted_s: 0.0,
+                unused_forces: 0,
+                between_rows: None,
+            };
+            coverage.to_string()
+        };
+        assert_eq!(told(18.0), "18.0 of 18.0 s (100.0 %)");
+        assert_eq!(told(17.9855), "17.985 of 18.000 s (99.9 %)");
+        assert_eq!(told(17.9999), "17.999 of 18.000 s (99.9 %)");
+        assert_eq!(told(7.35), "7.3 of 18.0 s (40.8 %)");
+    }
 }

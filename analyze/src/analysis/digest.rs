@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::number::SURE_SIGMAS;
+use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::{Quantity, State};
 
 use super::study::{Block, StudiedLog, Study};
@@ -53,6 +55,9 @@ pub struct WheelDigest {
     /// The OTF whose band reaches lowest, the first of equal ones; `None` for models without bands.
     #[serde(skip)]
     pub least_in_band: Option<OtfBand>,
+    /// The same while the machine tips about an edge, which the wheel may be on.
+    #[serde(skip)]
+    pub least_while_tipping: Option<OtfBand>,
     /// Whether each row with its load has a band: none has one while the machine tips, nor under a model without bands.
     #[serde(skip)]
     pub is_band_known: bool,
@@ -85,7 +90,7 @@ impl OtfBand {
     /// The lower end of the band: two standard deviations less (N).
     #[must_use]
     pub fn least_n(&self) -> f64 {
-        self.otf_n - 2.0 * self.sigma_n
+        self.otf_n - SURE_SIGMAS * self.sigma_n
     }
 }
 
@@ -197,6 +202,17 @@ impl DigestPass<'_> {
             rows.is_valid(row) && otf_sigma.is_some_and(|sigma| sigma[row].is_finite())
         };
         found.is_band_known &= (0..rows.len()).filter(has_load).all(has_band);
+        let band_at = |row: usize| {
+            let band = OtfBand {
+                row: rows.first + row,
+                otf_n: otf[row],
+                sigma_n: otf_sigma?[row],
+            };
+            band.least_n().is_finite().then_some(band)
+        };
+        let tips = |row: &usize| rows.reasons[*row].has(Reason::Tipping) && has_load(row);
+        let bands = (0..rows.len()).filter(tips).filter_map(band_at);
+        found.least_while_tipping = lowest(found.least_while_tipping.into_iter().chain(bands));
         for &row in valid {
             let load_n = load[row];
             if load_n.is_nan() {
@@ -214,17 +230,8 @@ impl DigestPass<'_> {
             if found.least_otf_n.is_none_or(is_less) {
                 (found.least_otf_n, found.least_otf_s) = (Some(otf[row]), Some(rows.seconds(row)));
             }
-            if let Some(sigma) = otf_sigma {
-                let band = OtfBand {
-                    row: rows.first + row,
-                    otf_n: otf[row],
-                    sigma_n: sigma[row],
-                };
-                let is_lower = |known: OtfBand| band.least_n() < known.least_n();
-                if band.least_n().is_finite() && found.least_in_band.is_none_or(is_lower) {
-                    found.least_in_band = Some(band);
-                }
-            }
+            let bands = found.least_in_band.into_iter().chain(band_at(row));
+            found.least_in_band = lowest(bands);
             if load_n.is_finite() && found.lowest.is_none_or(|lowest| load_n < lowest.load_n) {
                 found.lowest = Some(LowestLoad {
                     row: rows.first + row,
@@ -282,9 +289,14 @@ impl DigestPass<'_> {
         let looked_at = (first..rows.first + rows.len()).step_by(self.attitude_step);
         for row in looked_at {
             rows.states.get(row - rows.first, &mut state);
-            self.digest.has_attitude |= state.base.up.iter().all(|part| part.is_finite());
+            self.digest.has_attitude |= state.base.known_up().is_some();
         }
     }
+}
+
+/// The band that reaches lowest, the first of equal ones.
+fn lowest(bands: impl Iterator<Item = OtfBand>) -> Option<OtfBand> {
+    bands.min_by(|a, b| a.least_n().total_cmp(&b.least_n()))
 }
 
 /// Most values that are kept.

@@ -12,6 +12,7 @@ use tipwatch_mechanics::estimation::{
 };
 use tipwatch_mechanics::machine::{FaultKind, Machine, Proof, SessionProofs};
 use tipwatch_mechanics::state::{NumberKind, Reason, SampleError, Sensor, StreamCounts};
+use tipwatch_mechanics::studies::measured_forces::ForceWatch;
 use tipwatch_mechanics::studies::measured_loads::{LoadWatch, measures_supports};
 use tipwatch_mechanics::studies::payload_watch::PayloadWatch;
 use tipwatch_mechanics::{State, StateColumns, standing_posture};
@@ -274,6 +275,7 @@ fn causal(
     let mut trusted = doubts.trusted.iter().peekable();
     let mut payloads = PayloadWatch::new(machine);
     let mut loads = LoadWatch::new(machine);
+    let mut forces = ForceWatch::new(machine);
     let mut estimates: Vec<Estimate> = Vec::new();
     let mut faults = FaultSpans::default();
     loaded.for_each_arrival(|sample| {
@@ -290,6 +292,9 @@ fn causal(
             (loads.as_mut())
                 .into_iter()
                 .for_each(|loads| loads.row(machine, &mut row));
+            (forces.as_mut())
+                .into_iter()
+                .for_each(|forces| forces.row(machine, &mut row));
             estimates.push(row);
         });
         if matches!(pushed, Ok(()) | Err(SampleError::NotFinite)) && !estimator.is_repeat() {

@@ -77,11 +77,15 @@ pub(super) fn gather<'a>(
     };
     table.blocks(with, |blocks| -> Result<()> {
         let blocks = blocks.into_iter();
-        let blocks = blocks.map(|(rows, (others, bands))| Block::new(log, rows, others, bands));
-        let blocks: Vec<Block<'a>> = blocks.collect();
+        let (all, more): (Vec<Arc<Rows>>, Vec<_>) =
+            blocks.map(|(rows, more)| (Arc::new(rows), more)).unzip();
         let (written, ()) = rayon::join(
-            || blocks.iter().try_for_each(|block| sink.take(&block.rows)),
-            || blocks.iter().for_each(|block| studies.take_all(block)),
+            || all.iter().try_for_each(|rows| sink.take(rows)),
+            || {
+                for (rows, (others, bands)) in all.iter().zip(more) {
+                    studies.take_all(&Block::new(log, rows, others, bands));
+                }
+            },
         );
         written?;
         let settled = stories.settled(studies.events.settled(studies.reasons.len()));

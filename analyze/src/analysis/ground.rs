@@ -111,10 +111,7 @@ impl Tyres {
         let wheels = machine.wheels();
         let weight = machine.mass() * machine.gravity();
         let count = wheels.len() as f64;
-        let stated: Option<Vec<f64>> = wheels.iter().map(|wheel| wheel.stiffness).collect();
-        let mean = stated.map_or(weight / (Wheel::USUAL_SINK * count), |all| {
-            all.iter().sum::<f64>() / count
-        });
+        let mean = Wheel::stiffnesses(wheels, weight).iter().sum::<f64>() / count;
         let places = wheels.iter().map(|wheel| wheel.centre_at_zero.xy());
         let centre = places.clone().sum::<Vector2<f64>>() / count;
         let squares = places.fold(Vector2::zeros(), |sum: Vector2<f64>, place| {

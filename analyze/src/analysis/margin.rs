@@ -137,7 +137,7 @@ pub(super) struct MarginPass<'a> {
 }
 
 /// The margins of a log.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Margins {
     /// The smallest margin over the valid rows; `None` if there is none.
     pub worst: Option<WorstMargin>,
@@ -177,13 +177,9 @@ impl<'a> Study<'a> for MarginPass<'a> {
             machine: log.machine,
             times_ns: &log.table.times_ns,
             margins: Margins {
-                worst: None,
-                any_split: None,
-                largest_utilisation: None,
                 margin_s: vec![0.0; HISTOGRAM_EDGES.len() + 1],
-                known_s: 0.0,
-                exposed_s: 0.0,
                 by_cause_s: has_causes.then(|| vec![0.0; EXPOSURE_CAUSES.len()]),
+                ..Margins::default()
             },
         }
     }

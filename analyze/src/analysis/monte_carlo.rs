@@ -68,7 +68,7 @@ impl DrawnMachines {
         });
         let parts: Vec<Vec<Band>> = parts.collect();
         let mut all = Vec::new();
-        parts.into_iter().for_each(|part| append(&mut all, part));
+        parts.iter().for_each(|part| append(&mut all, part));
         all
     }
 
@@ -105,14 +105,14 @@ impl Study<'_> for Vec<Band> {
     }
 
     fn take(&mut self, block: &Block<'_>) {
-        append(self, block.bands.clone());
+        append(self, &block.bands);
     }
 }
 
 /// Appends the bands of the next rows.
-fn append(all: &mut Vec<Band>, next: Vec<Band>) {
+fn append(all: &mut Vec<Band>, next: &[Band]) {
     match all.is_empty() {
-        true => *all = next,
+        true => *all = next.to_vec(),
         false => (all.iter_mut().zip(next)).for_each(|(band, next)| band.append(next)),
     }
 }

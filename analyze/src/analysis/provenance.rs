@@ -9,7 +9,7 @@ use tipwatch_language::{is_english, tag, told};
 
 use crate::base::clip;
 use crate::base::file_hash::{FileHash, hash_file, hash_of, program};
-use crate::base::provenance::Provenance;
+use crate::base::provenance::{Provenance, ReplacedInertia};
 use crate::base::recovered::RecoveredFrom;
 use crate::load::LoadedLog;
 
@@ -67,7 +67,7 @@ pub(super) fn provenance(
             .map(|file| hash_file(file))
             .collect::<Result<_>>()?,
         replaced_inertias: (loaded.machine.replaced_inertias().iter())
-            .map(Into::into)
+            .map(ReplacedInertia::of)
             .collect(),
         imu_mounting: loaded.machine.imu().source.to_string(),
     })

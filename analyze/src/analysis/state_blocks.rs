@@ -282,8 +282,6 @@ impl KeptBlocks {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
     use std::path::Path;
 
     use tipwatch_binding::MachineFile;

@@ -88,23 +88,22 @@ impl<'a> Block<'a> {
     /// Divides a block by the supports of its rows.
     pub(super) fn new(
         log: &StudiedLog<'a>,
-        rows: Rows,
+        rows: &Arc<Rows>,
         others: Vec<OutcomeColumns>,
         bands: Vec<Band>,
     ) -> Self {
-        let rows = Arc::new(rows);
-        let parts = StandingRows::parts_of(&rows, log.table).into_iter();
+        let parts = StandingRows::parts_of(rows, log.table).into_iter();
         let parts = parts.map(|(part, place)| Part {
             span: rows.first + part.start..rows.first + part.end,
             standing: place.and_then(|place| {
                 let standing = log.standing.get(place)?;
-                let of_part = standing.part(&rows, part, log.scope);
+                let of_part = standing.part(rows, part, log.scope);
                 Some((place, standing.machine, of_part))
             }),
         });
         Self {
             parts: parts.collect(),
-            rows,
+            rows: Arc::clone(rows),
             others,
             bands,
         }

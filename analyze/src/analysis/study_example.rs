@@ -1,9 +1,14 @@
-//! The example of a study that CONTRIBUTING.md shows.
+//! The example of a study that CONTRIBUTING.md shows, from its rows to all that is made of it.
 
+use maud::Markup;
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use tipwatch_language::word;
 
 use super::study::{KnownRow, StudiedLog, Study};
+use crate::base::built::built;
+use crate::page::table_of;
+use crate::tables::frame::{Record, record};
 
 // shown from here on
 /// How often the platform turned fast.
@@ -27,12 +32,87 @@ impl Study<'_> for FastTurns {
 }
 // shown until here
 
+/// Stands for the analysis.
+pub(super) struct Analysis {
+    fast_turns: FastTurns,
+}
+
+built! {
+    /// Stands for `summary.json`.
+    #[derive(Serialize)]
+    struct Summary<'a>: fn of(analysis: &'a Analysis) {} {
+        // shown from here on
+        /// How often the platform turned fast.
+        pub fast_turns: &'a FastTurns = &analysis.fast_turns,
+        // shown until here
+    }
+}
+
+// shown from here on
+/// How often the platform turned fast.
+pub(super) fn section(analysis: &Analysis) -> Markup {
+    table_of([[(word!("Rows"), analysis.fast_turns.rows.to_string())]])
+}
+// shown until here
+
+built! {
+    /// Stands for the facts of a log.
+    #[derive(Serialize, Deserialize)]
+    struct LogFacts: fn of(analysis: &Analysis) {} {
+        // shown from here on
+        /// Rows in which the platform turned by more than 0.5 rad/s. Absent from results of older versions.
+        #[serde(default)]
+        pub fast_turns: Option<u64> = Some(analysis.fast_turns.rows),
+        // shown until here
+    }
+}
+
+type Quantity = (&'static str, fn(&LogFacts) -> Option<f64>);
+
+/// Stands for the numbers that a policy may limit.
+const QUANTITIES: [Quantity; 1] = [
+    // shown from here on
+    ("fast_turns", |facts| Some(facts.fast_turns? as f64)),
+    // shown until here
+];
+
+record! {
+    /// Stands for a row of a fleet's data set.
+    struct FleetLog of (facts: Option<&LogFacts>) {} {
+        // shown from here on
+        /// rows in which the platform turned by more than 0.5 rad/s
+        fast_turns: Option<u64> ["rows"] = facts.and_then(|facts| facts.fast_turns),
+        // shown until here
+    }
+}
+
 #[test]
 fn the_shown_example_is_this_one() {
-    let own = include_str!("study_example.rs");
-    let shown = own.split("// shown ").nth(1).unwrap();
-    let (_, example) = shown.split_once('\n').unwrap();
-    assert!(include_str!("../../../CONTRIBUTING.md").contains(example));
-    let found = serde_json::to_string(&FastTurns { rows: 3 }).unwrap();
-    assert_eq!(found, r#"{"rows":3}"#);
+    let lines = |text: &str| text.lines().map(str::trim).collect::<Vec<_>>().join("\n");
+    let shown = lines(include_str!("../../../CONTRIBUTING.md"));
+    let own = include_str!("study_example.rs").split("// shown ");
+    for example in own.skip(1).step_by(2).take(6) {
+        let (_, example) = example.split_once('\n').unwrap();
+        let example = lines(example);
+        assert!(shown.contains(example.trim()), "{example}");
+    }
+}
+
+#[test]
+fn what_an_example_finds_is_in_all_that_is_made_of_it() {
+    let analysis = Analysis {
+        fast_turns: FastTurns { rows: 3 },
+    };
+    let summary = serde_json::to_string(&Summary::of(&analysis)).unwrap();
+    assert_eq!(summary, r#"{"fast_turns":{"rows":3}}"#);
+    assert!(section(&analysis).0.contains(">3</td>"));
+    let facts = serde_json::to_string(&LogFacts::of(&analysis)).unwrap();
+    let facts: LogFacts = serde_json::from_str(&facts).unwrap();
+    assert_eq!((QUANTITIES[0].1)(&facts), Some(3.0));
+    assert_eq!(FleetLog::of(Some(&facts)).fast_turns, Some(3));
+    let columns = FleetLog::columns();
+    assert_eq!(
+        (columns[0].name, columns[0].unit),
+        ("fast_turns", Some("rows"))
+    );
 }

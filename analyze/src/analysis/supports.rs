@@ -10,7 +10,7 @@ use crate::base::number::short;
 use crate::base::options::{ModelKind, Options};
 use crate::base::support_sets::{SupportSet, SupportSets};
 use crate::load::LoadedLog;
-use crate::load::supports::{SupportTimeline, Unknown};
+use crate::load::supports::{SupportSpan, SupportTimeline, Unknown};
 
 /// Refuses options that are only computed for a machine that is always on the same supports.
 pub(super) fn check_options(loaded: &LoadedLog, options: &Options) -> Result<()> {
@@ -72,10 +72,14 @@ pub(super) fn of_rows(
     }
     let named = machine.for_names_of(&machines);
     let at = |ns: i64| times_ns.partition_point(|&time| time < ns);
+    let of_span = |span: &SupportSpan| at(span.from_ns)..at(span.to_ns);
+    let is_taken = |span: &&SupportSpan| span.set == Err(Unknown::Ground(GroundGap::Taken));
+    let taken = timeline.spans.iter().filter(is_taken).map(of_span);
     let spans = timeline.spans.iter();
-    let spans = spans.map(|span| (at(span.from_ns)..at(span.to_ns), span.set.clone().ok()));
+    let spans = spans.map(|span| (of_span(span), span.set.clone().ok()));
     let sets = SupportSets {
         spans: spans.filter(|(rows, _)| !rows.is_empty()).collect(),
+        taken: taken.collect(),
         sets: (machines.into_iter())
             .map(|machine| SupportSet::new(machine, &named, scope))
             .collect(),
@@ -139,7 +143,7 @@ fn told(
             continue;
         }
         let why = match why {
-            Unknown::Ground(GroundGap::Transition) => {
+            Unknown::Ground(GroundGap::Transition | GroundGap::Taken) => {
                 word!("the weight passes from some supports to others").into()
             }
             Unknown::Ground(GroundGap::Missing(support)) => say!(

@@ -11,6 +11,7 @@ use tipwatch_mechanics::estimation::EstimatedStates;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::{Reason, Reasons};
 
+use super::rows::counted_rows;
 use super::state_source::StateSource;
 
 /// The rows of a log before their outcomes are computed.
@@ -44,6 +45,8 @@ pub(crate) struct Activity {
     /// Activity of its arm.
     pub(crate) arm: f64,
 }
+
+counted_rows!(EstimatedRows);
 
 impl EstimatedRows {
     /// Reads the states of all rows once, on all cores. The states of `kept` rows stay in memory.
@@ -85,24 +88,6 @@ impl EstimatedRows {
             states,
             first: 0,
         }
-    }
-
-    /// Number of rows.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.times_ns.len()
-    }
-
-    /// Whether there are no rows.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.times_ns.is_empty()
-    }
-
-    /// Whether the signals leave a row valid.
-    #[must_use]
-    pub fn is_valid(&self, row: usize) -> bool {
-        self.reasons[row].leave_valid()
     }
 
     /// Time of a row (s) after the first one.

@@ -180,8 +180,6 @@ pub(crate) fn begin_program() {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
     use std::io::{Seek, SeekFrom, Write};
     use std::time::Duration;
 

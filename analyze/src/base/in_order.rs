@@ -72,8 +72,6 @@ fn wait_for<T>(result: &Receiver<T>) -> Option<T> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
     use std::sync::atomic::{AtomicUsize, Ordering};
 
     use super::*;

@@ -1,5 +1,6 @@
 //! Foundations of every other folder: options, rows and their table, provenance, files, errors, numbers, terminal output.
 
+pub(crate) mod built;
 pub mod clip;
 pub mod error_text;
 pub mod estimated;
@@ -16,6 +17,8 @@ pub mod predicted;
 pub(crate) mod progress;
 pub mod provenance;
 pub mod recovered;
+#[cfg(test)]
+pub(crate) mod rigid;
 pub mod rows;
 pub mod scratch_file;
 pub mod shared;

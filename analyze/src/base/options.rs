@@ -14,7 +14,7 @@ pub const HIGHEST_RATE_HZ: f64 = 10_000.0;
 pub const LONGEST_STEP_S: f64 = 10.0;
 
 /// How a log is analysed.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Options {
     /// The estimator.
     pub estimator: Estimator,
@@ -118,28 +118,12 @@ pub enum ColumnGroup {
     Terms,
 }
 
-impl Default for Options {
-    fn default() -> Self {
-        Self {
-            estimator: Estimator::Smoother,
-            model: ModelKind::WholeBody,
-            rate_hz: None,
-            from_s: None,
-            to_s: None,
-            closed_form_input: None,
-            columns: MoreColumns::default(),
-            apply_clock_offsets: ApplyClockOffsets::Stated,
-            monte_carlo: None,
-            quasi_static: None,
-        }
-    }
-}
-
 /// Which offsets between the clocks of topics to correct.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum ApplyClockOffsets {
     /// Only those stated in the machine file.
+    #[default]
     Stated,
     /// Also estimated ones that are significant (three standard deviations and 5 ms) and precise
     /// (standard deviation at most 15 ms).
@@ -160,12 +144,22 @@ pub enum QuasiStaticOption {
 
 /// Estimator of the states.
 #[derive(
-    Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema, clap::ValueEnum, strum::IntoStaticStr,
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Default,
+    Serialize,
+    JsonSchema,
+    clap::ValueEnum,
+    strum::IntoStaticStr,
 )]
 #[strum(serialize_all = "kebab-case")]
 #[serde(rename_all = "kebab-case")]
 pub enum Estimator {
     /// Uses past and future samples; the most accurate.
+    #[default]
     Smoother,
     /// Uses past samples only; bit-identical to live operation.
     Causal,
@@ -186,6 +180,7 @@ impl Estimator {
     Copy,
     PartialEq,
     Eq,
+    Default,
     Serialize,
     JsonSchema,
     clap::ValueEnum,
@@ -196,6 +191,7 @@ impl Estimator {
 #[serde(rename_all = "kebab-case")]
 pub enum ModelKind {
     /// Recursive Newton-Euler over all bodies.
+    #[default]
     WholeBody,
     /// Analytic model of the second paper: platform inertia depends on the actuators.
     VariableInertia,

@@ -8,6 +8,7 @@ use serde::Serialize;
 use tipwatch_language::say;
 use tipwatch_mechanics::machine::ImpossibleInertia;
 
+use super::built::built;
 use super::file_hash::FileHash;
 use super::recovered::RecoveredFrom;
 
@@ -55,36 +56,24 @@ pub struct Provenance {
     pub commissioning_file: Option<FileHash>,
 }
 
-/// An inertia of the URDF that no body can have, and what was used instead.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct ReplacedInertia {
-    /// Name of the link.
-    pub link: String,
-    /// Its mass (kg).
-    pub mass_kg: f64,
-    /// What is wrong with the stated inertia.
-    pub fault: String,
-    /// Principal moments as stated, ascending (kg m^2).
-    pub stated_kg_m2: [f64; 3],
-    /// Principal moments that were used, ascending (kg m^2).
-    pub used_kg_m2: [f64; 3],
-    /// What replaced the stated inertia.
-    pub replacement: String,
-    /// By how much the difference can change a wheel load (N), at an angular acceleration of 5 rad/s^2.
-    pub load_change_n: f64,
-}
-
-impl From<&ImpossibleInertia> for ReplacedInertia {
-    fn from(inertia: &ImpossibleInertia) -> Self {
-        Self {
-            link: inertia.link.clone(),
-            mass_kg: inertia.mass_kg,
-            fault: inertia.fault.text(),
-            stated_kg_m2: inertia.stated_kg_m2,
-            used_kg_m2: inertia.used_kg_m2,
-            replacement: inertia.replacement.text(),
-            load_change_n: inertia.load_change_n,
-        }
+built! {
+    /// An inertia of the URDF that no body can have, and what was used instead.
+    #[derive(Debug, Clone, Serialize, JsonSchema)]
+    pub struct ReplacedInertia: pub(crate) fn of(inertia: &ImpossibleInertia) {} {
+        /// Name of the link.
+        pub link: String = inertia.link.clone(),
+        /// Its mass (kg).
+        pub mass_kg: f64 = inertia.mass_kg,
+        /// What is wrong with the stated inertia.
+        pub fault: String = inertia.fault.text(),
+        /// Principal moments as stated, ascending (kg m^2).
+        pub stated_kg_m2: [f64; 3] = inertia.stated_kg_m2,
+        /// Principal moments that were used, ascending (kg m^2).
+        pub used_kg_m2: [f64; 3] = inertia.used_kg_m2,
+        /// What replaced the stated inertia.
+        pub replacement: String = inertia.replacement.text(),
+        /// By how much the difference can change a wheel load (N), at an angular acceleration of 5 rad/s^2.
+        pub load_change_n: f64 = inertia.load_change_n,
     }
 }
 

@@ -28,25 +28,36 @@ pub struct Rows {
     pub verdicts: Option<Verdicts>,
 }
 
+/// Declares the number of rows of a type, and which of them are valid.
+macro_rules! counted_rows {
+    ($of:ident) => {
+        impl $of {
+            /// Number of rows.
+            #[must_use]
+            pub fn len(&self) -> usize {
+                self.times_ns.len()
+            }
+
+            /// Whether there are no rows.
+            #[must_use]
+            pub fn is_empty(&self) -> bool {
+                self.times_ns.is_empty()
+            }
+
+            /// Whether a row is valid, as far as its reasons are known.
+            #[must_use]
+            pub fn is_valid(&self, row: usize) -> bool {
+                self.reasons[row].leave_valid()
+            }
+        }
+    };
+}
+
+pub(super) use counted_rows;
+
+counted_rows!(Rows);
+
 impl Rows {
-    /// Number of rows.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.times_ns.len()
-    }
-
-    /// Whether there are no rows.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.times_ns.is_empty()
-    }
-
-    /// Whether a row is valid.
-    #[must_use]
-    pub fn is_valid(&self, row: usize) -> bool {
-        self.reasons[row].leave_valid()
-    }
-
     /// The row at a time, or the next one.
     #[must_use]
     pub fn at(&self, time_ns: i64) -> usize {

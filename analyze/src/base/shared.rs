@@ -76,8 +76,6 @@ impl<T: Eq + Hash + ?Sized> Pool<T> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
     use super::*;
 
     #[test]

@@ -17,6 +17,8 @@ pub(crate) struct SupportSets {
     pub(crate) sets: Vec<SupportSet>,
     /// Rows without gaps, in order, each with the index of its set; `None` where the set is unknown.
     pub(crate) spans: Vec<(Range<usize>, Option<usize>)>,
+    /// Rows of a transition in which supports take the weight that were in the air before, as past samples tell.
+    pub(crate) taken: Vec<Range<usize>>,
     /// Whether the loads of supports were measured: then the loads of a supposition contradict no measurement.
     pub(crate) are_measured: bool,
 }
@@ -51,6 +53,11 @@ impl SupportSets {
         let place = self.spans.partition_point(|(rows, _)| rows.end <= row);
         let (_, set) = self.spans.get(place)?;
         *set
+    }
+
+    /// Whether supports take the weight in a row that were in the air before.
+    pub(crate) fn is_taken(&self, row: usize) -> bool {
+        self.taken.iter().any(|rows| rows.contains(&row))
     }
 
     /// The set of a row; `None` where it is unknown.

@@ -18,7 +18,7 @@ use tipwatch_mechanics::{
 use super::estimated::EstimatedRows;
 use super::in_order::in_order;
 use super::predicted::Predictions;
-use super::rows::{Rows, Verdicts, row_at};
+use super::rows::{Rows, Verdicts, counted_rows, row_at};
 use super::state_source::StateSource;
 use super::support_sets::{SupportSets, mark_contradictions};
 use super::verdicts::{MonitorRecord, ProofRecord, RowJudge};
@@ -55,6 +55,8 @@ pub struct Table {
     commands: Option<Vec<(i64, Vec<f64>)>>,
     whole: OnceLock<Arc<Rows>>,
 }
+
+counted_rows!(Table);
 
 impl Table {
     /// The table of rows whose outcomes are not yet known.
@@ -202,24 +204,6 @@ impl Table {
             Some(supports) => supports.of_row(row).map(|set| &set.machine),
             None => Some(self.evaluator.machine()),
         }
-    }
-
-    /// Number of rows.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.times_ns.len()
-    }
-
-    /// Whether there are no rows.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.times_ns.is_empty()
-    }
-
-    /// Whether a row is valid.
-    #[must_use]
-    pub fn is_valid(&self, row: usize) -> bool {
-        self.reasons[row].leave_valid()
     }
 
     /// The row at a time, or the next one.

@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 
 use tipwatch_mechanics::geometry::coordinate::Motion;
-use tipwatch_mechanics::machine::{Commissioned, Machine, Proof, Proofs, SessionProofs, SupportId};
+use tipwatch_mechanics::machine::{Commissioned, Machine, Proofs, SessionProofs, SupportId};
 use tipwatch_mechanics::prediction::{PacedPredictor, Prediction};
+use tipwatch_mechanics::studies::needed_proofs::NeededProofs;
 use tipwatch_mechanics::verdict::{
     Conditions, Judge, Latch, Level, LiftOff, LiftOffForecast, RowFacts,
 };
@@ -31,9 +32,7 @@ pub(crate) struct MonitorRecord {
 #[derive(Debug, Clone)]
 pub(crate) struct ProofRecord {
     /// Proofs that the loads need.
-    pub(crate) needed: Proofs,
-    /// Supports whose loads are measured: on these alone, the loads need nothing of the ground.
-    pub(crate) measured_supports: Vec<SupportId>,
+    pub(crate) needed: NeededProofs,
     /// Proofs by a commissioning.
     pub(crate) commissioned: Commissioned,
     /// Proofs by the signals of the session, from the row at each time (ns) on, in order.
@@ -43,8 +42,7 @@ pub(crate) struct ProofRecord {
 impl Default for ProofRecord {
     fn default() -> Self {
         Self {
-            needed: Proofs::ALL,
-            measured_supports: Vec::new(),
+            needed: NeededProofs::ALL,
             commissioned: Commissioned::NONE,
             shown: Vec::new(),
         }
@@ -78,11 +76,7 @@ impl ProofRecord {
             .partition_point(|(from_ns, _)| *from_ns <= time_ns);
         let shown = self.shown[..later].last();
         let shown = shown.map_or(SessionProofs::NONE, |(_, shown)| *shown);
-        let mut needed = self.needed;
-        if on.is_some_and(|on| on.iter().all(|id| self.measured_supports.contains(id))) {
-            needed.remove(Proof::Ground);
-        }
-        shown.unproven(needed, self.commissioned.at(joints))
+        shown.unproven(self.needed.on(on), self.commissioned.at(joints))
     }
 }
 
@@ -223,6 +217,8 @@ impl<'a> RowJudge<'a> {
                 is_wheel_unloaded: self.otf.iter().any(|otf| *otf <= 0.0),
                 rotates: (self.rotating.iter())
                     .any(|[first, last]| (*first..=*last).contains(&time_ns)),
+                takes_support: (self.supports)
+                    .is_some_and(|supports| supports.is_taken(rows.first + row)),
                 unproven: self.proofs.unproven_at(time_ns, &self.state.joints, on),
                 conditions,
                 is_acknowledged,

@@ -8,7 +8,7 @@ use clap::Args;
 use super::exit::{Exit, Terminal};
 use super::machine_file::InertiaArgs;
 use crate::base::output_place::OutputPlace;
-use crate::base::stdout::to_stdout;
+use crate::base::stdout::print;
 use crate::setup::identify::{
     IdentificationDocument, NoResult, Request, identify, text, write_machine_file,
 };
@@ -67,13 +67,8 @@ pub(super) fn run(args: &IdentifyArgs, terminal: Terminal) -> Result<Exit> {
             sigma_factor: args.widen_sigmas,
         },
     )?;
-    match args.json {
-        true => {
-            let document = IdentificationDocument::of(&found);
-            to_stdout(&format!("{}\n", serde_json::to_string_pretty(&document)?))?;
-        }
-        false => to_stdout(&text(&found))?,
-    }
+    let document = IdentificationDocument::of(&found);
+    print(&document, args.json, |_| Ok(text(&found)))?;
     let refusal = found.refusal();
     if let Some(refusal) = &refusal {
         let kind = match refusal.is_undecided() {

@@ -10,7 +10,7 @@ use super::machine_file::InertiaArgs;
 use crate::base::number::count_of;
 use crate::base::options::Estimator;
 use crate::base::output_place::OutputPlace;
-use crate::base::stdout::to_stdout;
+use crate::base::stdout::print;
 use crate::setup::validate::{page, text, validate};
 
 #[derive(Debug, Args)]
@@ -40,10 +40,7 @@ pub(super) struct ValidateArgs {
 pub(super) fn run(args: &ValidateArgs, terminal: Terminal) -> Result<Exit> {
     let file = (args.inertias).read_with_urdf(&args.machine, args.urdf.as_deref())?;
     let found = validate(&file, &args.logs, args.estimator)?;
-    match args.json {
-        true => to_stdout(&format!("{}\n", serde_json::to_string_pretty(&found)?))?,
-        false => to_stdout(&text(&found))?,
-    }
+    print(&found, args.json, |found| Ok(text(found)))?;
     if let Some(out) = &args.out {
         let target = OutputPlace::file(out, false)?;
         std::fs::write(target.path(), page(&found))

@@ -14,7 +14,7 @@ use crate::base::files::write_atomically;
 use crate::base::options::{Estimator, Options, seconds};
 use crate::base::output_place::OutputPlace;
 use crate::base::progress::Progress;
-use crate::compare::{Extent, InputDifference, Side, as_text, compare, render};
+use crate::compare::{Extent, InputDifference, Side, as_text, compare, render_drawn};
 use crate::suspension::{
     Suppositions, SuspensionMode, WhatIfOptions, caveats, findings, replies, suppose, what_if,
 };
@@ -114,7 +114,7 @@ fn supposed(
     let target = OutputPlace::folder(&args.out)?;
     let json = serde_json::to_string_pretty(&comparison)?;
     write_atomically(&target.path().join("comparison.json"), json.as_bytes())?;
-    let page = render(&comparison, &a, &b);
+    let page = render_drawn(&comparison, [&a, &b], [&recorded, &supposed]);
     write_atomically(&target.path().join("comparison.html"), page.as_bytes())?;
     target.publish("comparison.json")?;
     let extent = match terminal.verbose {

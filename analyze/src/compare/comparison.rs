@@ -63,7 +63,7 @@ impl Comparison {
 /// Compares two sides.
 #[must_use]
 pub fn compare(a: &Side, b: &Side) -> Comparison {
-    let (about_a, mut about_b) = (a.about(), b.about());
+    let (about_a, mut about_b) = (SideSummary::of(a), SideSummary::of(b));
     let same_log = about_a.is_of_same_log(&about_b);
     let (series, series_note) = match series::compare(a, b) {
         Ok(series) => (Some(series), None),

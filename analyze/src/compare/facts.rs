@@ -6,9 +6,10 @@ use std::fmt;
 use serde::{Serialize, Serializer};
 use tipwatch_language::{decimals, message, say, told, word};
 
-use super::side::{Side, SideEvent};
-use crate::base::number::{input_in_words, known, number, readable};
-use crate::events::support_words::{edge_word, support_word};
+use super::side::{Side, SideEvent, event_in_words};
+use crate::base::built::built;
+use crate::base::number::{known, number, readable};
+use crate::events::support_words::support_word;
 use crate::events::{Bound, Event, EventKind, EventTimes, Reply};
 
 /// Name of a figure of the whole log. In documents "least OTF, FL".
@@ -55,22 +56,26 @@ impl Serialize for Figure {
     }
 }
 
-/// A figure of the whole log on both sides.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct FactDifference {
-    /// Which figure.
-    pub name: Figure,
-    /// Its unit; "-" for a share, "events" for a count.
-    pub unit: &'static str,
-    /// Value on side A; null if not computable or not applicable.
-    pub a: Option<f64>,
-    /// Value on side B.
-    pub b: Option<f64>,
-    /// B minus A.
-    pub difference: Option<f64>,
-    /// Reason why the count of events of a side is null although the other side has one, or a figure although it could be
-    /// computed.
-    pub why_not: Option<&'static str>,
+built! {
+    /// A figure of the whole log on both sides.
+    #[derive(Debug, Clone, PartialEq, Serialize)]
+    pub struct FactDifference: fn of(key: &(usize, Figure), sides: [&Numbers; 2], why_not: Option<&'static str>) {
+        let [a, b] = sides.map(|side| side.get(key).copied().flatten());
+    } {
+        /// Which figure.
+        pub name: Figure = key.1.clone(),
+        /// Its unit; "-" for a share, "events" for a count.
+        pub unit: &'static str = UNITS[key.0],
+        /// Value on side A; null if not computable or not applicable.
+        pub a: Option<f64> = a,
+        /// Value on side B.
+        pub b: Option<f64> = b,
+        /// B minus A.
+        pub difference: Option<f64> = a.zip(b).map(|(a, b)| b - a),
+        /// Reason why the count of events of a side is null although the other side has one, or a figure although it could be
+        /// computed.
+        pub why_not: Option<&'static str> = why_not,
+    }
 }
 
 impl FactDifference {
@@ -129,18 +134,7 @@ impl Serialize for Elsewhere {
 impl EventPair {
     /// Describes the event: what happened, and to what.
     pub(super) fn what(&self) -> String {
-        let (wheel, subject) = (support_word(&self.subject), edge_word(&self.subject));
-        match self.kind {
-            EventKind::WheelLight => say!("{} light", wheel),
-            EventKind::WheelLift => say!("{} off the ground", wheel),
-            EventKind::EdgeTipping => say!("tipping about the {subject} edge"),
-            EventKind::TipOver => say!("tipping over about the {subject} edge"),
-            EventKind::LiftNotExcluded => say!("lift of {} not excluded", wheel),
-            EventKind::InputGap | EventKind::InputFault => {
-                let kind = readable(self.kind.name());
-                format!("{kind}: {}", input_in_words(&self.subject))
-            }
-        }
+        event_in_words(self.kind, &self.subject)
     }
 
     /// Returns the answer whether the event would have happened as supposed in B.
@@ -153,28 +147,33 @@ impl EventPair {
     }
 }
 
-/// An event of one side.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct EventSide {
-    /// Start (s after the first row of A, or, of a log without the times of A, after its own).
-    pub start_s: f64,
-    /// Standard deviation of the start (s); null where no onset was found or without uncertainties.
-    pub start_sigma_s: Option<f64>,
-    /// Whether the event began then, or may have begun earlier.
-    pub start_bound: Bound,
-    /// Duration (s); null if still active when the log ends.
-    pub duration_s: Option<f64>,
-    /// Whether the event ended then, or may have gone on.
-    pub end_bound: Bound,
-    /// Time of the event in words, for a reader.
-    #[serde(skip)]
-    pub(super) told: String,
-    /// The worst value.
-    pub worst: Option<f64>,
-    /// Its unit.
-    pub unit: String,
-    /// Confidence: probability that it is true.
-    pub certainty: Option<f64>,
+built! {
+    /// An event of one side.
+    #[derive(Debug, Clone, PartialEq, Serialize)]
+    pub struct EventSide: fn of(times: EventTimes, of: &SideEvent) {
+        let SideEvent { event, unit } = of;
+        let lasted_ns = event.end_ns.map(|end_ns| end_ns - event.start_ns);
+    } {
+        /// Start (s after the first row of A, or, of a log without the times of A, after its own).
+        pub start_s: f64 = times.seconds(event.start_ns),
+        /// Standard deviation of the start (s); null where no onset was found or without uncertainties.
+        pub start_sigma_s: Option<f64> = event.start_sigma_s,
+        /// Whether the event began then, or may have begun earlier.
+        pub start_bound: Bound = event.start_bound,
+        /// Duration (s); null if still active when the log ends.
+        pub duration_s: Option<f64> = lasted_ns.map(|ns| ns as f64 * 1e-9),
+        /// Whether the event ended then, or may have gone on.
+        pub end_bound: Bound = event.end_bound,
+        /// Time of the event in words, for a reader.
+        #[serde(skip)]
+        pub(super) told: String = times.told(event),
+        /// The worst value.
+        pub worst: Option<f64> = known(event.worst),
+        /// Its unit.
+        pub unit: String = unit.clone(),
+        /// Confidence: probability that it is true.
+        pub certainty: Option<f64> = event.certainty,
+    }
 }
 
 /// Units in the order of the output.
@@ -205,6 +204,27 @@ const OF_WHEEL: [(&str, &str); 6] = [
     ),
 ];
 
+/// Figures of the log: unit, label, place in the summary.
+const OF_LOG: [(&str, &str, &str); 5] = [
+    ("rows", message!("rows"), "/rows/count"),
+    ("s", message!("duration"), "/rows/duration_s"),
+    (
+        "-",
+        message!("computable time, share"),
+        "/coverage/valid_share",
+    ),
+    (
+        "s",
+        message!("time covered by the log"),
+        "/coverage/covered_s",
+    ),
+    (
+        "kg",
+        message!("mass of the machine"),
+        "/machine/largest_mass_kg",
+    ),
+];
+
 /// All figures, grouped by unit, the largest difference first; those on one side only come last.
 pub(super) fn facts(a: &Side, b: &Side, pairs: &[EventPair]) -> Vec<FactDifference> {
     let (mut on_a, mut on_b) = (numbers(a), numbers(b));
@@ -212,21 +232,9 @@ pub(super) fn facts(a: &Side, b: &Side, pairs: &[EventPair]) -> Vec<FactDifferen
     open.extend(leave_tipped(&mut on_a, a));
     open.extend(leave_tipped(&mut on_b, b));
     let names: BTreeSet<_> = on_a.keys().chain(on_b.keys()).collect();
-    let mut facts: Vec<FactDifference> = names
-        .into_iter()
-        .map(|key| {
-            let value = |side: &BTreeMap<_, Option<f64>>| side.get(key).copied().flatten();
-            let (a, b) = (value(&on_a), value(&on_b));
-            FactDifference {
-                name: key.1.clone(),
-                unit: UNITS[key.0],
-                a,
-                b,
-                difference: a.zip(b).map(|(a, b)| b - a),
-                why_not: open.get(&key.1).copied(),
-            }
-        })
-        .collect();
+    let fact =
+        |key: &(usize, Figure)| FactDifference::of(key, [&on_a, &on_b], open.get(&key.1).copied());
+    let mut facts: Vec<FactDifference> = names.into_iter().map(fact).collect();
     let size = |fact: &FactDifference| fact.difference.map_or(-1.0, f64::abs);
     let unit = |fact: &FactDifference| UNITS.iter().position(|unit| *unit == fact.unit);
     facts.sort_by(|x, y| {
@@ -328,36 +336,16 @@ fn numbers(side: &Side) -> Numbers {
             .filter(|m| m.is_finite());
         add("-", Figure::of_wheel(LEAST_MARGIN, wheel), margin);
     }
-    let (rows, coverage) = (&summary["rows"], &summary["coverage"]);
-    let valid = rows["valid"].as_f64().zip(rows["count"].as_f64());
-    for (unit, label, value) in [
-        (
-            "-",
-            message!("valid rows, share"),
-            valid.map(|(valid, all)| valid / all),
-        ),
-        ("rows", message!("rows"), rows["count"].as_f64()),
-        ("s", message!("duration"), rows["duration_s"].as_f64()),
-        (
-            "-",
-            message!("computable time, share"),
-            coverage["valid_share"].as_f64(),
-        ),
-        (
-            "s",
-            message!("time covered by the log"),
-            coverage["covered_s"].as_f64(),
-        ),
-        (
-            "kg",
-            message!("mass of the machine"),
-            summary["machine"]["largest_mass_kg"].as_f64(),
-        ),
-    ] {
+    for (unit, label, place) in OF_LOG {
+        let value = summary.pointer(place).and_then(serde_json::Value::as_f64);
         add(unit, Figure::of_log(label), value);
     }
+    let rows = &summary["rows"];
+    let valid = rows["valid"].as_f64().zip(rows["count"].as_f64());
+    let share = valid.map(|(valid, all)| valid / all);
+    add("-", Figure::of_log(message!("valid rows, share")), share);
     // events of the machine are known only where loads are
-    let is_computable = coverage["computable_rows"].as_u64() > Some(0);
+    let is_computable = summary["coverage"]["computable_rows"].as_u64() > Some(0);
     for kind in EventKind::ALL {
         let is_of_kind = |of: &&SideEvent| of.event.kind == kind;
         let count = || side.events.iter().filter(is_of_kind).count();
@@ -390,8 +378,8 @@ pub(super) fn events(a: &Side, b: &Side, same_log: bool, has_same_times: bool) -
         Some(EventPair {
             kind: of.kind,
             subject: of.subject.clone(),
-            a: on_a.map(|event| event_side(times_a, event)),
-            b: on_b.map(|event| event_side(times_b, event)),
+            a: on_a.map(|event| EventSide::of(times_a, event)),
+            b: on_b.map(|event| EventSide::of(times_b, event)),
             elsewhere: match (on_a, on_b) {
                 (Some(event), None) => without(b, event),
                 (None, Some(event)) => without(a, event),
@@ -479,21 +467,6 @@ fn rows_during(side: &Side, event: &Event) -> [usize; 2] {
     });
     let rows = &side.valid[first..after.max(first)];
     [rows.len(), rows.iter().filter(|valid| **valid).count()]
-}
-
-fn event_side(times: EventTimes, SideEvent { event, unit }: &SideEvent) -> EventSide {
-    let lasted_ns = event.end_ns.map(|end_ns| end_ns - event.start_ns);
-    EventSide {
-        start_s: times.seconds(event.start_ns),
-        start_sigma_s: event.start_sigma_s,
-        start_bound: event.start_bound,
-        duration_s: lasted_ns.map(|ns| ns as f64 * 1e-9),
-        end_bound: event.end_bound,
-        told: times.told(event),
-        worst: known(event.worst),
-        unit: unit.clone(),
-        certainty: event.certainty,
-    }
 }
 
 #[cfg(test)]

@@ -16,6 +16,7 @@ pub use comparison::{Comparison, compare};
 pub use facts::{Elsewhere, EventPair, FactDifference};
 pub use inputs::InputDifference;
 pub use page::render;
+pub(crate) use page::render_drawn;
 pub use series::{SeriesComparison, SeriesDifference};
 pub use side::{Side, SideSummary};
 pub use text::{Extent, as_text};

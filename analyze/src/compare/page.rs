@@ -9,9 +9,11 @@ use super::inputs::{InputDifference, NOT_HELD};
 use super::series::{in_words, printed_unit, shared_rows};
 use super::side::Side;
 use super::text::{self, origin, valid_rows, zero_of_times};
+use crate::analysis::Analysis;
 use crate::events::support_words::support_word;
 use crate::page::svg::{CHART_STYLE, Chart};
 use crate::page::{self, Document, list, number, part, rows_to_draw, section, table};
+use crate::report::drawn_machine;
 
 /// Lines of a list on the sheet; the others are folded.
 const MOST_LINES: usize = 12;
@@ -21,6 +23,24 @@ const MOST_POINTS: usize = 600;
 /// The comparison as an HTML page: what changes on one sheet, every figure behind it.
 #[must_use]
 pub fn render(comparison: &Comparison, a: &Side, b: &Side) -> String {
+    rendered(comparison, a, b, &html! {})
+}
+
+/// The comparison of two analyses as an HTML page, with their machines drawn.
+pub(crate) fn render_drawn(
+    comparison: &Comparison,
+    [a, b]: [&Side; 2],
+    analyses: [&Analysis; 2],
+) -> String {
+    let drawn = html! {
+        @for (letter, analysis) in ["A", "B"].into_iter().zip(analyses) {
+            (section(&say!("The machine in {letter}"), drawn_machine(analysis)))
+        }
+    };
+    rendered(comparison, a, b, &drawn)
+}
+
+fn rendered(comparison: &Comparison, a: &Side, b: &Side, drawn: &Markup) -> String {
     let sides = [("A", &comparison.a), ("B", &comparison.b)].map(|(letter, side)| {
         let name = side.log.first().filter(|log| **log != side.name);
         let name = name.map_or(side.name.clone(), |log| say!("{} of {log}", side.name));
@@ -32,16 +52,19 @@ pub fn render(comparison: &Comparison, a: &Side, b: &Side) -> String {
         .filter(|fact| fact.is_least_otf())
         .collect();
     let (curves, differences) = curves(comparison, a, b);
-    let content = html! {
+    let sheet = html! {
         div.sheet {
             (page::facts(&sides))
             (section(word!("Inputs that differ"), inputs(comparison)))
             (section(word!("Events"), events(comparison)))
+            (drawn)
             (section(word!("Overturning force (OTF)"), html! { p.hint { (valid_rows(comparison)) } (facts(&least)) (curves) }))
             @if !comparison.caveats.is_empty() {
                 (section(word!("What this cannot show"), list(comparison.caveats.iter())))
             }
         }
+    };
+    let folded = html! {
         @if let Some(differences) = &differences {
             (part("differences", word!("Differences of the OTF"), false, differences))
         }
@@ -58,7 +81,7 @@ pub fn render(comparison: &Comparison, a: &Side, b: &Side) -> String {
         styles: &[CHART_STYLE],
         plots: None,
     }
-    .render(&content)
+    .render_sheet(&sheet, &folded)
 }
 
 fn inputs(comparison: &Comparison) -> Markup {

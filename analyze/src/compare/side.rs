@@ -1,5 +1,6 @@
 //! One of two compared results.
 
+use std::cmp::Reverse;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
@@ -11,9 +12,11 @@ use tipwatch_storage::Location;
 
 use crate::analysis::run::analyse;
 use crate::analysis::{Analysis, Coverage, Sources, Undecided};
+use crate::base::built::built;
 use crate::base::fetched::{Fetched, has_file};
-use crate::base::number::known;
+use crate::base::number::{input_in_words, known, probability, readable};
 use crate::base::options::{Options, Precision};
+use crate::events::support_words::{edge_word, support_word};
 use crate::events::{Bound, Event, EventKind, EventTimes};
 use crate::report;
 use crate::tables::summary::{self, Summary};
@@ -57,29 +60,54 @@ pub(super) struct SideColumn {
     pub(super) is_single: bool,
 }
 
-/// Origin of a side.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct SideSummary {
-    /// As given on the command line.
-    pub name: String,
-    /// The log's files.
-    pub log: Vec<String>,
-    /// SHA-256 of the log's files; name and version of a file in a bucket of which only parts were read.
-    pub log_sha256: Vec<String>,
-    /// The machine's name.
-    pub machine: String,
-    /// SHA-256 of the machine file.
-    pub machine_file_sha256: String,
-    /// SHA-256 of the URDF.
-    pub urdf_sha256: String,
-    /// The model.
-    pub model: String,
-    /// The estimator.
-    pub estimator: String,
-    /// The first finding.
-    pub finding: String,
-    /// The rows that its figures are of: "199 of 299". In the others loads are not known, or the machine tips.
-    pub valid_rows: String,
+built! {
+    /// Origin of a side.
+    #[derive(Debug, Clone, PartialEq, Serialize)]
+    pub struct SideSummary: pub(super) fn of(side: &Side) {
+        let text = |value: &Value| value.as_str().unwrap_or(UNKNOWN).to_string();
+        let (provenance, options) = (&side.summary["provenance"], &side.summary["options"]);
+        let of_files = |key: &str| -> Vec<String> {
+            let files = provenance["log"].as_array().into_iter().flatten();
+            let name = |file: &Value| match (&file[key], &file["e_tag"]) {
+                // of a log in a bucket only the version is known
+                (Value::Null, Value::String(tag)) => format!("{} {tag}", text(&file["path"])),
+                (value, _) => text(value),
+            };
+            files.map(name).collect()
+        };
+        let finding = text(&side.summary["findings"][0]);
+        let is_in_our_language = provenance["language"].as_str().unwrap_or(ENGLISH) == tag();
+        let rows = ["valid", "count"].map(|key| side.summary["rows"][key].as_u64());
+    } {
+        /// As given on the command line.
+        pub name: String = side.name.clone(),
+        /// The log's files.
+        pub log: Vec<String> = of_files("path"),
+        /// SHA-256 of the log's files; name and version of a file in a bucket of which only parts were read.
+        pub log_sha256: Vec<String> = of_files("sha256"),
+        /// The machine's name.
+        pub machine: String = text(&side.summary["machine"]["name"]),
+        /// SHA-256 of the machine file.
+        pub machine_file_sha256: String = text(&provenance["machine_file"]["sha256"]),
+        /// SHA-256 of the URDF.
+        pub urdf_sha256: String = text(&provenance["urdf"]["sha256"]),
+        /// The model.
+        pub model: String = text(&side.summary["model"]["name"]),
+        /// The estimator.
+        pub estimator: String = text(&options["estimator"]),
+        /// The first finding.
+        pub finding: String = match is_in_our_language {
+            true => finding,
+            false => side.gravest_event().unwrap_or_else(|| {
+                say!("{finding} (in the language of its analysis)")
+            }),
+        },
+        /// The rows that its figures are of: "199 of 299". In the others loads are not known, or the machine tips.
+        pub valid_rows: String = match rows {
+            [Some(valid), Some(count)] => say!("{valid} of {count}"),
+            _ => word!("unknown").into(),
+        },
+    }
 }
 
 /// Language of a result that names none.
@@ -242,49 +270,43 @@ impl Side {
         &self.name
     }
 
+    /// The gravest event in words of the reader; `None` without one that is a fact, or where another finding comes first.
+    fn gravest_event(&self) -> Option<String> {
+        let gross_inputs = self.summary["gross_inputs"].as_array();
+        let has_gross_inputs = gross_inputs.is_some_and(|inputs| !inputs.is_empty());
+        let ends_in_a_fall = !self.summary["turning_at_end"].is_null();
+        if self.has_losses() || has_gross_inputs || ends_in_a_fall {
+            return None;
+        }
+        let events = self.events.iter().map(|of| &of.event);
+        let facts = events.filter(|event| event.kind.is_observed() && event.is_fact());
+        let event = facts.max_by_key(|event| (event.kind, Reverse(event.start_ns)))?;
+        let certainty = event.certainty.map_or(String::new(), |certainty| {
+            say!(" (confidence {})", probability(certainty))
+        });
+        let what = event_in_words(event.kind, &event.subject);
+        let times = self.times(self.first_ns());
+        Some(format!("{what}, {}{certainty}", times.told(event)))
+    }
+
     pub(super) fn column(&self, name: &str) -> Option<&SideColumn> {
         self.columns.iter().find(|column| column.name == name)
     }
+}
 
-    pub(super) fn about(&self) -> SideSummary {
-        let text = |value: &Value| value.as_str().unwrap_or(UNKNOWN).to_string();
-        let (provenance, options) = (&self.summary["provenance"], &self.summary["options"]);
-        let files = provenance["log"].as_array();
-        let of_files = |key: &str| -> Vec<String> {
-            files
-                .into_iter()
-                .flatten()
-                .map(|file| match (&file[key], &file["e_tag"]) {
-                    // of a log in a bucket only the version is known
-                    (Value::Null, Value::String(tag)) => format!("{} {tag}", text(&file["path"])),
-                    (value, _) => text(value),
-                })
-                .collect()
-        };
-        SideSummary {
-            name: self.name.clone(),
-            log: of_files("path"),
-            log_sha256: of_files("sha256"),
-            machine: text(&self.summary["machine"]["name"]),
-            machine_file_sha256: text(&provenance["machine_file"]["sha256"]),
-            urdf_sha256: text(&provenance["urdf"]["sha256"]),
-            model: text(&self.summary["model"]["name"]),
-            estimator: text(&options["estimator"]),
-            finding: {
-                let finding = text(&self.summary["findings"][0]);
-                match provenance["language"].as_str().unwrap_or(ENGLISH) == tag() {
-                    true => finding,
-                    false => say!("{finding} (in the language of its analysis)"),
-                }
-            },
-            valid_rows: {
-                let [valid, count] =
-                    ["valid", "count"].map(|key| self.summary["rows"][key].as_u64());
-                match (valid, count) {
-                    (Some(valid), Some(count)) => say!("{valid} of {count}"),
-                    _ => word!("unknown").into(),
-                }
-            },
+/// Describes an event: what happened, and to what.
+pub(super) fn event_in_words(kind: EventKind, subject: &str) -> String {
+    let (wheel, input) = (support_word(subject), subject);
+    let subject = edge_word(subject);
+    match kind {
+        EventKind::WheelLight => say!("{} light", wheel),
+        EventKind::WheelLift => say!("{} off the ground", wheel),
+        EventKind::EdgeTipping => say!("tipping about the {subject} edge"),
+        EventKind::TipOver => say!("tipping over about the {subject} edge"),
+        EventKind::LiftNotExcluded => say!("lift of {} not excluded", wheel),
+        EventKind::InputGap | EventKind::InputFault => {
+            let kind = readable(kind.name());
+            format!("{kind}: {}", input_in_words(input))
         }
     }
 }
@@ -294,20 +316,15 @@ impl Side {
 /// # Errors
 /// It is none, or has a kind or a bound that is not known.
 fn events_of(table: &Table) -> Result<Vec<SideEvent>> {
-    let missing = |name: &str| format!("expected the column {name} of events.parquet, found none");
-    let texts = |name: &str| {
-        let column = table.column(name).and_then(Column::texts);
-        column.with_context(|| missing(name))
-    };
-    let numbers = |name: &str| {
-        let column = table.column(name).and_then(Column::numbers);
-        column.with_context(|| missing(name))
-    };
+    fn read<T>(table: &Table, name: &str, values: fn(&Column) -> Option<T>) -> Result<T> {
+        let values = table.column(name).and_then(values);
+        values.with_context(|| format!("expected the column {name} of events.parquet, found none"))
+    }
+    let texts = |name| read(table, name, Column::texts);
+    let numbers = |name| read(table, name, Column::numbers);
     let (kinds, subjects, units) = (texts("kind")?, texts("subject")?, texts("unit")?);
-    let starts_ns = table.column("start_ns").and_then(Column::integers);
-    let starts_ns = starts_ns.with_context(|| missing("start_ns"))?;
-    let ends_ns = table.column("end_ns").and_then(Column::optional_integers);
-    let ends_ns = ends_ns.with_context(|| missing("end_ns"))?;
+    let starts_ns = read(table, "start_ns", Column::integers)?;
+    let ends_ns = read(table, "end_ns", Column::optional_integers)?;
     let (start_bounds, end_bounds) = (texts("start_bound")?, texts("end_bound")?);
     let (sigmas_s, rotations_rad) = (numbers("start_sigma_s")?, numbers("rotation")?);
     let (worst, certainty) = (numbers("worst")?, numbers("certainty")?);
@@ -362,10 +379,54 @@ mod tests {
                 columns: Vec::new(),
                 events: Vec::new(),
             };
-            side.about().finding
+            SideSummary::of(&side).finding
         };
         assert_eq!(finding(Value::Null), "a finding");
         assert_ne!(finding("de".into()), "a finding");
+    }
+
+    #[test]
+    fn the_gravest_event_of_a_result_in_another_language_is_told_in_ours() {
+        let second = |s: i64| s * 1_000_000_000;
+        let event = |kind, start_s: i64, certainty: f64| SideEvent {
+            event: Event {
+                certainty: Some(certainty),
+                ..Event::blank(kind, second(start_s), "rl".into())
+            },
+            unit: "N".into(),
+        };
+        let mut side = Side {
+            name: String::new(),
+            summary: serde_json::json!({
+                "findings": ["ein Befund"],
+                "provenance": { "language": "de" },
+            }),
+            sources: None,
+            times_ns: vec![0],
+            valid: vec![true],
+            columns: Vec::new(),
+            events: vec![
+                event(EventKind::EdgeTipping, 1, 0.2),
+                event(EventKind::WheelLight, 2, 0.9),
+                event(EventKind::WheelLift, 4, 0.9),
+                event(EventKind::WheelLift, 3, 0.9),
+            ],
+        };
+        let lift = event_in_words(EventKind::WheelLift, "rl");
+        let times = side.times(0).told(&side.events[3].event);
+        let told = SideSummary::of(&side).finding;
+        assert!(told.contains(&lift) && told.contains(&times), "{told}");
+        // a finding that is none of an event comes first
+        let gross_inputs = ("gross_inputs", serde_json::json!(["an input"]));
+        let open_fall = ("turning_at_end", serde_json::json!({ "edge": "left" }));
+        for (key, value) in [gross_inputs, open_fall] {
+            side.summary[key] = value;
+            assert!(
+                SideSummary::of(&side).finding.contains("ein Befund"),
+                "{key}"
+            );
+            side.summary[key] = Value::Null;
+        }
     }
 
     #[test]
@@ -380,7 +441,8 @@ mod tests {
                 columns: Vec::new(),
                 events: Vec::new(),
             };
-            side.about().is_of_same_log(&side.about())
+            let about = SideSummary::of(&side);
+            about.is_of_same_log(&about)
         };
         let log = |file: Value| Value::Array(vec![file]);
         let hashed = serde_json::json!({ "path": "a", "sha256": "ab" });

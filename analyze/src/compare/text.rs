@@ -164,42 +164,63 @@ pub(super) fn zero_of_times(comparison: &Comparison) -> Option<String> {
 
 /// The events, without those of B that an answered event of A overlaps, a line each; those that differ in nothing but what happened are on one line.
 pub(super) fn events(pairs: &[EventPair]) -> Vec<String> {
-    let mut lines: Vec<(Vec<String>, String)> = Vec::new();
+    let mut stories: Vec<Vec<&EventPair>> = Vec::new();
     for pair in pairs.iter().filter(|pair| !pair.is_repeated) {
-        let sides = sides(pair);
+        let mut known = stories.iter_mut();
+        match known.find(|story| story.iter().any(|it| shares_event(it, pair))) {
+            Some(story) => story.push(pair),
+            None => stories.push(vec![pair]),
+        }
+    }
+    let mut lines: Vec<(Vec<String>, String)> = Vec::new();
+    for story in &stories {
+        let (what, sides) = (story[0].what(), sides(story));
         match lines.iter_mut().find(|(_, same)| *same == sides) {
-            Some((what, _)) => what.push(pair.what()),
-            None => lines.push((vec![pair.what()], sides)),
+            Some((all, _)) => all.push(what),
+            None => lines.push((vec![what], sides)),
         }
     }
     let line = |(what, sides): (Vec<String>, String)| enumerated(&what) + &sides;
     lines.into_iter().map(line).collect()
 }
 
-/// Describes an event on both sides, with its times and its confidence.
-fn sides(pair: &EventPair) -> String {
-    let side = |letter: &str, side: &Option<EventSide>| {
-        side.as_ref().map(|event| {
-            let certain = event
-                .certainty
-                .map(|certainty| say!(" (confidence {})", probability(certainty)));
-            format!("{letter} {}{}", event.told, certain.unwrap_or_default())
-        })
-    };
+/// Whether two pairs have an event of a side in common: a long one beside several short ones of the other.
+fn shares_event(one: &EventPair, other: &EventPair) -> bool {
+    let is_whole = |it: &EventPair| it.a.is_some() && it.b.is_some() && it.supposed.is_none();
+    (one.kind, &one.subject) == (other.kind, &other.subject)
+        && is_whole(one)
+        && is_whole(other)
+        && (one.a == other.a || one.b == other.b)
+}
+
+/// Describes the events of a side, with times and confidence; `None` without any.
+fn side<'e>(letter: &str, events: impl Iterator<Item = &'e EventSide>) -> Option<String> {
+    let mut told: Vec<String> = Vec::new();
+    for event in events {
+        let certain = event
+            .certainty
+            .map(|certainty| say!(" (confidence {})", probability(certainty)));
+        let text = format!("{}{}", event.told, certain.unwrap_or_default());
+        if !told.contains(&text) {
+            told.push(text);
+        }
+    }
+    (!told.is_empty()).then(|| format!("{letter} {}", enumerated(&told)))
+}
+
+/// Describes an event on both sides, or the pairs that share one.
+fn sides(story: &[&EventPair]) -> String {
+    let pair = story[0];
+    let on_a = side("A", story.iter().filter_map(|pair| pair.a.as_ref()));
+    let on_b = side("B", story.iter().filter_map(|pair| pair.b.as_ref()));
     if let Some((reply, answer)) = pair.supposed.as_ref().zip(pair.answer()) {
         let recorded = reply.recorded_in_words();
         let recorded = recorded.map(|chance| say!("evaluated again as in A: {chance}"));
         let supposed = say!("as in B: {answer}");
-        let all = side("A", &pair.a)
-            .into_iter()
-            .chain(recorded)
-            .chain([supposed]);
+        let all = on_a.into_iter().chain(recorded).chain([supposed]);
         return format!(": {}", all.collect::<Vec<_>>().join("; "));
     }
-    let sides: Vec<String> = side("A", &pair.a)
-        .into_iter()
-        .chain(side("B", &pair.b))
-        .collect();
+    let sides: Vec<String> = on_a.into_iter().chain(on_b).collect();
     let only = match (pair.a.is_some(), pair.elsewhere) {
         (_, Elsewhere::There) => "",
         (true, Elsewhere::Open) => word!(", in A; B cannot be computed there"),
@@ -305,6 +326,18 @@ mod tests {
             pair(EventKind::TipOver, "left", 4.5),
         ];
         assert_eq!(events(&pairs).len(), 2);
+        // one long event of B beside two of A stood there twice
+        let mut two = vec![pair(EventKind::WheelLight, "rl", 5.8); 2];
+        for (place, pair) in two.iter_mut().enumerate() {
+            pair.b.clone_from(&pair.a);
+            pair.elsewhere = Elsewhere::There;
+            let a = pair.a.as_mut().unwrap();
+            a.start_s += place as f64;
+            a.told = format!("from t = {} s", a.start_s);
+        }
+        assert_eq!(events(&two).len(), 1);
+        two[1].b.as_mut().unwrap().start_s = 9.0;
+        assert_eq!(events(&two).len(), 2);
         // what another pair shows is on none
         pairs[1].is_repeated = true;
         assert_eq!(events(&pairs).len(), 1);

@@ -3,12 +3,9 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 use tipwatch_language::say;
+use tipwatch_mechanics::number::BEYOND_SURE;
 
 use crate::base::number::{probability, readable, with_band};
-
-/// Probability beyond two standard deviations on one side: events less probable than this are answered with no, events more
-/// probable than one less this value with yes.
-const TWO_SIGMA: f64 = 0.022_750_131_948_179;
 
 tipwatch_mechanics::named! {
     /// What is supposed instead of what was recorded.
@@ -115,8 +112,8 @@ impl Answer {
     #[must_use]
     pub fn of(probability: Option<f64>) -> Self {
         match probability {
-            Some(p) if p >= 1.0 - TWO_SIGMA => Self::Yes,
-            Some(p) if p <= TWO_SIGMA => Self::No,
+            Some(p) if p >= 1.0 - BEYOND_SURE => Self::Yes,
+            Some(p) if p <= BEYOND_SURE => Self::No,
             _ => Self::Open,
         }
     }

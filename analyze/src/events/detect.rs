@@ -2,6 +2,7 @@
 
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::number::SURE_SIGMAS;
 
 use super::causes::Causes;
 use super::episodes::{Episode, MERGED_NS, episodes_within, joined, least, most};
@@ -20,8 +21,8 @@ const AVERAGED_S: f64 = 0.3;
 const LEAST_RIGHT: f64 = 0.99;
 /// Subject of the doubt of loads that the platform does not show.
 pub(crate) const NO_LEAN: &str = "loads without the lean that they cause";
-/// Standard deviations by which a load is below zero, or a time before another one, for certain.
-const SURE_SIGMAS: f64 = 2.0;
+/// Time before a row from which the standard deviation of a load is taken that is unknown there (s).
+const NEAR_S: f64 = 1.0;
 /// Shortest time before an onset that rows must show (s).
 const SEEN_S: f64 = 0.1;
 
@@ -70,7 +71,7 @@ impl Finder<'_> {
         let Episode { first, last } = self.within;
         let of_rows = |tipping: &&Tipping| (first..=last).contains(&tipping.episode.first);
         for tipping in self.tippings.iter().filter(of_rows) {
-            let event = self.edge_tipping(tipping);
+            let event = self.edge_tipping(tipping, &events);
             events.extend(self.tip_over(tipping, &event));
             events.push(event);
         }
@@ -200,6 +201,7 @@ impl Finder<'_> {
         let may_lift = |row: usize| {
             self.rows.is_meaningful(row) && load(row) <= self.evidence.load_sigma(wheel, row)
         };
+        let parts = found.clone();
         let found = joined(self.rows.times_ns, found, may_lift);
         let found = found.into_iter().map(|episode| {
             // beside a wheel that is off the ground the OTF is not what holding this one takes
@@ -209,12 +211,9 @@ impl Finder<'_> {
             let comes_down =
                 |t: &&Tipping| t.factors[wheel] > 0.0 && t.episode.last == episode.last;
             let with_edge = self.tippings.iter().find(comes_down);
-            let own = Falling::Wheel(wheel, 0.0);
-            let rising = [
-                Some(own),
-                with_edge.map(Falling::OffEdge),
-                Some(Falling::BesideOthers(wheel)),
-            ];
+            let falling = Falling::Wheel(wheel, 0.0);
+            let beside = Falling::BesideOthers(wheel);
+            let rising = [Some(falling), with_edge.map(Falling::OffEdge), Some(beside)];
             let mut rising = rising.into_iter().flatten();
             rising.any(|of| self.end(&mut event, episode.last, of));
             self.add_confidence(&mut event, wheel, 0.0, episode);
@@ -225,9 +224,22 @@ impl Finder<'_> {
             // where the loads do not show the rotation, they do not show when the wheel lifted before it
             let is_shown = rotation
                 .is_none_or(|tipping| tipping.is_by_loads || episode.first < tipping.episode.first);
-            let own = self
-                .passage(own, episode.first, self.lifts_before(wheel, episode))
-                .filter(|_| is_shown);
+            let passage = |of| self.passage(of, episode.first, self.lifts_before(wheel, episode));
+            // of a lift that is joined of parts, those before the first that is one for certain may have been none
+            let mut parts = parts.iter().filter(|part| part.overlaps(episode));
+            let is_certain = |part: &Episode| {
+                let mut rows = part.first..=part.last;
+                rows.any(|row| otf(row) < -SURE_SIGMAS * self.evidence.load_sigma(wheel, row))
+            };
+            let last = parts.clone().next_back();
+            let lifts_by = parts.find(|part| is_certain(part)).or(last);
+            let lifts_by_s = lifts_by.map_or(0.0, |part| {
+                self.rows.seconds(part.first) - self.rows.seconds(episode.first)
+            });
+            let own = passage(falling).filter(|_| is_shown).map(|onset| Onset {
+                sigma_s: onset.sigma_s.hypot(lifts_by_s),
+                ..onset
+            });
             // with no load left off an edge, that of one wheel is unknown: the last one lifted when their sum was zero
             let first_s = self.rows.seconds(episode.first);
             let of_edge = || {
@@ -240,7 +252,9 @@ impl Finder<'_> {
                 let distance_s = |onset: &Onset| (onset.at_s - first_s).abs();
                 (onsets.filter(is_here)).min_by(|a, b| distance_s(a).total_cmp(&distance_s(b)))
             };
-            let own = own.or_else(|| rotation.is_none().then(of_edge).flatten());
+            let beside = || (!self.rotates_before(episode)).then(|| passage(beside));
+            let without_rotation = || of_edge().or_else(|| beside().flatten());
+            let own = own.or_else(|| rotation.is_none().then(without_rotation).flatten());
             let is_earlier =
                 |tipping: &Tipping| own.is_some_and(|own| own.at_s < self.begins_s(tipping));
             // what is off the ground from the first known row on, by its own load, does not lift with a machine that tips later
@@ -269,7 +283,7 @@ impl Finder<'_> {
                 }
                 _ => {
                     self.doubt_lift(&mut event, wheel, episode, rotation);
-                    self.start(&mut event, episode, own);
+                    self.start(&mut event, episode, own, Some(falling));
                     if own.is_none() && self.rotates_before(episode) {
                         event.start_bound = Bound::AtOrBefore;
                     }
@@ -387,7 +401,7 @@ impl Finder<'_> {
                 let sigma_n = self.evidence.sigma_of(wheel, row);
                 (error.mean_n, sigma_n * error.variance_share.sqrt())
             }
-            Falling::BesideOthers(wheel) => (0.0, known(self.evidence.sigma_of(wheel, row))?),
+            Falling::BesideOthers(wheel) => (0.0, known(self.sigma_beside(wheel, row))?),
             Falling::OffEdge(tipping) => (0.0, known(tipping.sigma_n)?),
         };
         let near_s = self.rows.seconds(row);
@@ -414,6 +428,15 @@ impl Finder<'_> {
         Some(Onset { at_s, ..found })
     }
 
+    /// Standard deviation of the load of a wheel beside others in the air, at a row or shortly before it (N): not that of its OTF.
+    fn sigma_beside(&self, wheel: usize, row: usize) -> f64 {
+        let sigma = self.column(Quantity::LoadSigma(wheel));
+        let near = |before: &usize| self.rows.seconds(row) - self.rows.seconds(*before) <= NEAR_S;
+        let mut before = (0..=row).rev().take_while(near).map(sigma);
+        let known = before.find(|sigma_n| sigma_n.is_finite());
+        known.unwrap_or_else(|| self.evidence.sigma_of(wheel, row))
+    }
+
     fn start_of(&self, episode: Episode, onset: Option<Onset>) -> i64 {
         match onset {
             Some(onset) => self.rows.time_ns(onset.at_s),
@@ -421,7 +444,14 @@ impl Finder<'_> {
         }
     }
 
-    fn start(&self, event: &mut Event, episode: Episode, onset: Option<Onset>) {
+    /// Starts an event with its onset, if one was found; where a load must have been seen to fall before it, with that.
+    fn start(
+        &self,
+        event: &mut Event,
+        episode: Episode,
+        onset: Option<Onset>,
+        falling: Option<Falling<'_>>,
+    ) {
         // an onset after the end was fitted to what follows: between both lies how wrong it is
         let first_s = self.rows.seconds(episode.first);
         let ends_ns = event.end_ns.unwrap_or(i64::MAX);
@@ -443,11 +473,17 @@ impl Finder<'_> {
                 Bound::AtOrBefore
             };
         }
+        let start_s = onset.map_or(first_s, |onset| onset.at_s);
+        if falling.is_some_and(|of| !self.is_seen_to_fall(of, start_s)) {
+            event.start_bound = Bound::AtOrBefore;
+        }
     }
 
     /// Starts an event with a tipping: in a fall that is under way, what is so in its first row was so before.
     fn start_with(&self, event: &mut Event, tipping: &Tipping) {
-        self.start(event, tipping.episode, tipping.onset);
+        // what gyro and attitude show needs no load that was seen to fall
+        let falling = (!tipping.rotates).then_some(Falling::OffEdge(tipping));
+        self.start(event, tipping.episode, tipping.onset, falling);
         if tipping.is_under_way {
             event.is_under_way = true;
             event.start_bound = Bound::AtOrBefore;
@@ -470,6 +506,33 @@ impl Finder<'_> {
             event.end_sigma_s = rises.map(|it| it.sigma_s.hypot(it.at_s - end_s));
         }
         does_rise
+    }
+
+    /// Whether any of the rows before a time, back to the first that is missing, shows a load above zero, by two standard deviations:
+    /// where all of them leave open whether it was there, it may have been zero from the first of them on.
+    fn is_seen_to_fall(&self, of: Falling<'_>, at_s: f64) -> bool {
+        let follows =
+            |row: usize| self.rows.times_ns[row + 1] - self.rows.times_ns[row] <= MERGED_NS;
+        let before = (0..self.rows.row_from(at_s).min(self.rows.len())).rev();
+        let mut known = before.take_while(|&row| {
+            self.rows.is_meaningful(row) && (row + 1 == self.rows.len() || follows(row))
+        });
+        known.any(|row| {
+            let load_n = match of {
+                Falling::Wheel(wheel, level_n) => {
+                    self.rows.value(Quantity::Load(wheel), row) - level_n
+                }
+                _ => self.load(of, 0.0, row),
+            };
+            let sigma_n = match of {
+                Falling::Wheel(wheel, _) | Falling::BesideOthers(wheel) => {
+                    self.evidence.load_sigma(wheel, row)
+                }
+                Falling::OffEdge(tipping) => tipping.sigma_n,
+            };
+            // without uncertainties any load is one
+            load_n > SURE_SIGMAS * if sigma_n.is_finite() { sigma_n } else { 0.0 }
+        })
     }
 
     /// Whether the rows show the time before an onset: a load that falls must have been seen to fall.
@@ -512,12 +575,17 @@ impl Finder<'_> {
     }
 
     /// Edge tipping: every wheel off the edge is unloaded. Their sum does not depend on the load split.
-    fn edge_tipping(&self, tipping: &Tipping) -> Event {
+    fn edge_tipping(&self, tipping: &Tipping, found: &[Event]) -> Event {
         let name = &self.machine.polygon().edges()[tipping.edge].name;
         let moment = self.column(Quantity::ItomFull(tipping.edge));
         let worst = most(&moment, tipping.episode);
         let mut event = self.event(EventKind::EdgeTipping, name, tipping.episode, worst, "N m");
         self.start_with(&mut event, tipping);
+        // where the load of one wheel is all that shows it, it is the same event
+        if let Some(lift) = self.lift_that_is(tipping, event.start_ns, found) {
+            (event.start_ns, event.start_sigma_s) = (lift.start_ns, lift.start_sigma_s);
+            event.start_bound = lift.start_bound;
+        }
         self.end(&mut event, tipping.episode.last, Falling::OffEdge(tipping));
         event.split_dependent = Some(false);
         event.certainty = tipping.certainty;
@@ -536,6 +604,29 @@ impl Finder<'_> {
         }
         event.causes = self.causes(event.start_ns, &tipping.factors);
         event
+    }
+
+    /// Returns the lift that is all there is of a tipping about an edge off which one wheel stands, as about the pivot of an axle.
+    fn lift_that_is<'e>(
+        &self,
+        tipping: &Tipping,
+        start_ns: i64,
+        found: &'e [Event],
+    ) -> Option<&'e Event> {
+        let mut off = (0..tipping.factors.len()).filter(|&wheel| tipping.factors[wheel] > 0.0);
+        let (wheel, None) = (off.next()?, off.next()) else {
+            return None;
+        };
+        let name = self.machine.wheels()[wheel].name.to_lowercase();
+        let is_it = |event: &&Event| {
+            let [first, last] = event.span_ns();
+            let is_lift = event.kind == EventKind::WheelLift && event.subject == name;
+            let ends_ns = self.rows.times_ns[tipping.episode.last];
+            let begins_by_ns = start_ns.saturating_add(MERGED_NS).min(ends_ns);
+            is_lift && first <= begins_by_ns && start_ns <= last
+        };
+        let lifts = found.iter().filter(|_| !tipping.rotates).filter(is_it);
+        lifts.min_by_key(|event| event.start_ns.abs_diff(start_ns))
     }
 
     /// Returns the tip-over that an edge tipping turned into, if it did.

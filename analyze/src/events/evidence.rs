@@ -8,10 +8,10 @@
 //! a sum of overturning forces that no split changes, with the standard deviation of that sum.
 
 use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::number::normal_distribution;
 use tipwatch_mechanics::{Placement, Quantity, Scope, State};
 
 use super::episodes::Episode;
-use super::normal::normal_distribution;
 use super::onset::STATED_SIGMAS;
 use super::pages::Pages;
 use super::tipping::{Tipping, distances};

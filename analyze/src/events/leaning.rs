@@ -127,8 +127,6 @@ impl Leaning {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
-
     use super::*;
 
     /// A lean to both sides within half a second, of which the platform shows a share, by a gyro with a bias (rad/s) and noise.

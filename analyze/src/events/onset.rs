@@ -49,8 +49,6 @@ const RATE_PRIORS: [f64; 3] = [0.03, 2.0, 4.0];
 const BEGUN_S: f64 = 1.0;
 /// Rotation since the first rate in which the rates tell whether it had begun (rad): farther on, a fall grows otherwise than at first.
 const BEGINNING_RAD: f64 = 2.0 * std::f64::consts::PI / 180.0;
-/// Probability, that of two standard deviations on one side, from which on a rotation may have begun before its rates do.
-pub(super) const MAY_HAVE_BEGUN: f64 = 0.023;
 /// Distance from the onset of a rotation within which the corner is looked for (standard deviations).
 pub(super) const NEAR_SIGMAS: f64 = 3.0;
 /// Standard deviations up to which a level is that of the stated machine.
@@ -716,7 +714,10 @@ mod tests {
         }
         for (from_s, steps) in [(0.3, 110), (0.6, 140), (1.0, 180)] {
             let probability = had_begun(&falling_rates(from_s, steps));
-            assert!(probability < MAY_HAVE_BEGUN, "{from_s} s: {probability}");
+            assert!(
+                probability < tipwatch_mechanics::number::BEYOND_SURE,
+                "{from_s} s: {probability}"
+            );
         }
         assert_eq!(had_begun(&Curve::default()), 0.0);
     }

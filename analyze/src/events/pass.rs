@@ -317,16 +317,10 @@ pub(crate) fn sorted(
     mut events: Vec<Event>,
     of_inputs: Vec<Event>,
 ) -> Vec<Event> {
-    let is_off = |edge: &str, wheel: &str| {
-        let both = machine.edge_named(edge).zip(machine.wheel_named(wheel));
-        both.is_some_and(|(edge, wheel)| {
-            !machine.stays_on_ground(&machine.polygon().edges()[edge])[wheel]
-        })
-    };
     add_leads(&mut events);
     leave_unseen_open(&mut events);
     events.extend(of_inputs);
-    inputs::add_doubts(&mut events, &is_off);
+    inputs::add_doubts(&mut events, &|edge, wheel| machine.is_off(edge, wheel));
     events.sort_by(|a, b| {
         a.start_ns
             .cmp(&b.start_ns)

@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 use tipwatch_mechanics::estimation::rotation::{
     PlatformRotation, RotationSpell, RotationWitness, ShownUp,
 };
+use tipwatch_mechanics::number::{BEYOND_SURE, SURE_SIGMAS};
 
 use super::onset::{self, Curve, Onset};
 use super::turning::Turning;
@@ -26,8 +27,6 @@ pub(super) const FIRST_S: f64 = 0.1;
 /// A platform stood if it rotated by less than this for so long (rad, s).
 const STOOD_RAD: f64 = 1.0 * std::f64::consts::PI / 180.0;
 const STOOD_S: f64 = 0.4;
-/// Ground on which a log begins is no steeper than so many standard deviations of a reference that is only assumed.
-const SLOPE_SIGMAS: f64 = 2.0;
 /// Probability that a platform that creeps, or rests between wheels and side, is held, and not on ground that gave way.
 const HELD: f64 = 0.5;
 /// Probability that a rotation about one of two edges is about this one.
@@ -291,12 +290,12 @@ impl RotationTrace {
             true => onset::had_begun(&rates),
             false => 0.0,
         };
-        let onset: Option<Onset> = (!has_gap && had_begun < onset::MAY_HAVE_BEGUN)
+        let onset: Option<Onset> = (!has_gap && had_begun < BEYOND_SURE)
             .then(|| onset::of_rates(&rates, lean_at, lean_rad))
             .flatten()
             .filter(|onset| onset.at_s > first_s + FIRST_S && stood(onset));
         let shown_first = || {
-            let stood_at_first = lean_at(first_s) < SLOPE_SIGMAS * spell.sigma
+            let stood_at_first = lean_at(first_s) < SURE_SIGMAS * spell.sigma
                 && since_first(first_s + FIRST_S) < FITTED_RAD * FIRST_S / STOOD_S;
             let shows = |(_, point): &&(i64, ShownUp)| {
                 point_at(first_s).is_some_and(|first| rotation(first, point) > FITTED_RAD)
@@ -309,7 +308,7 @@ impl RotationTrace {
             Some(onset) => from_ns + (onset.at_s * 1e9).round() as i64,
             None if spell.is_from_start && !has_gap => {
                 // one that may have stood on some wheels at first began at or before the sample that shows it, not before the log
-                (had_begun <= 1.0 - onset::MAY_HAVE_BEGUN)
+                (had_begun <= 1.0 - BEYOND_SURE)
                     .then(shown_first)
                     .flatten()
                     .or(self.first_ns)
@@ -421,13 +420,11 @@ fn creeps(angles: &[(i64, f64)], start_ns: i64) -> bool {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
-
     use nalgebra::{UnitQuaternion, Vector3};
-    use tipwatch_mechanics::machine::{LogFacts, MachineSpec};
     use tipwatch_mechanics::state::{Sample, Sensor, Sensors};
 
     use super::*;
+    use crate::base::rigid::rigid;
 
     const GRAVITY: f64 = 9.8066;
     const PERIOD_NS: i64 = 8_000_000;
@@ -440,20 +437,11 @@ mod tests {
     /// Finds the rotations of a platform on level ground that rolls (rad, to the right, by time in s) while it travels (m/s), and
     /// how it turns at the end.
     fn rotations(speed: f64, until_s: f64, roll: impl Fn(f64) -> f64) -> Rotations {
-        let spec = include_str!("../../../mechanics/tests/data/rigid.toml");
-        let urdf = include_str!("../../../mechanics/tests/data/rigid.urdf");
-        let spec = MachineSpec::from_toml(spec, "rigid.toml").unwrap();
-        let machine = spec.check(urdf, "rigid.urdf", LogFacts::default()).unwrap();
+        let machine = rigid();
         let sensors = Sensors {
-            joints: Vec::new(),
             imu: true,
             odometry: true,
-            tool_wrench: false,
-            actuators: Vec::new(),
-            switches: 0,
-            loads: 0,
-            commands: 0,
-            payload_signals: Vec::new(),
+            ..Sensors::default()
         };
         let mut watch = PlatformRotation::new(&machine, &sensors);
         let mut trace = RotationTrace::default();

@@ -7,6 +7,7 @@ use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
 
 use tipwatch_mechanics::machine::{LoadOnTool, Machine};
+use tipwatch_mechanics::number::SURE_SIGMAS;
 use tipwatch_mechanics::{Placement, Scope, State};
 
 use super::event::{Bound, Event, EventKind, MeasuredRotation, ShownBy};
@@ -114,20 +115,9 @@ impl Stories<'_> {
         if self.table.supports().is_some() {
             return true;
         }
-        let mut wheels = self.machine.wheels().iter();
-        let Some(wheel) = wheels.position(|wheel| wheel.name.to_lowercase() == event.subject)
-        else {
-            return false;
-        };
         let edges = [Some(&rotation.edge), rotation.other_edge.as_ref()];
-        let mut edges = edges
-            .into_iter()
-            .flatten()
-            .filter_map(|name| self.machine.edge_named(name));
-        edges.any(|edge| {
-            let edge = &self.machine.polygon().edges()[edge];
-            !self.machine.stays_on_ground(edge)[wheel]
-        })
+        let mut edges = edges.into_iter().flatten();
+        edges.any(|edge| self.machine.is_off(edge, &event.subject))
     }
 
     /// No wheel off an edge leaves the ground after the machine has begun to tip about it: where gyro and attitude date that earlier
@@ -143,18 +133,15 @@ impl Stories<'_> {
         else {
             return;
         };
-        let edge = self.machine.edge_named(&tipping.subject);
         // on other supports, its edges are others
-        let Some(edge) = edge.filter(|_| self.table.supports().is_none()) else {
+        if self.table.supports().is_some() {
             return;
-        };
+        }
         let by_loads_ns = began(by_loads).map(|event| event.start_ns);
-        let stays = (self.machine).stays_on_ground(&self.machine.polygon().edges()[edge]);
-        let wheels = self.machine.wheels().iter().zip(stays);
-        let off = wheels.filter(|(_, stays)| !stays);
+        let names = (self.machine.wheels().iter()).map(|wheel| wheel.name.to_lowercase());
+        let off = names.filter(|name| self.machine.is_off(&tipping.subject, name));
         let kinds = [EventKind::WheelLight, EventKind::WheelLift];
-        for (wheel, kind) in off.flat_map(|(wheel, _)| kinds.map(|kind| (wheel, kind))) {
-            let name = wheel.name.to_lowercase();
+        for (name, kind) in off.flat_map(|name| kinds.map(|kind| (name.clone(), kind))) {
             let of_wheel = events.iter_mut().filter(|event| {
                 event.kind == kind && event.subject == name && event.overlaps(tipping.span_ns())
             });
@@ -277,7 +264,8 @@ impl Stories<'_> {
         set_no_return(&mut tipping, rotation, no_return.filter(|_| is_dated));
         // beyond 10 degrees, or for certain beyond the point of no return, and never back
         let is_past = no_return.is_some_and(|no_return| {
-            let surely_rad = no_return.rotation_rad + 2.0 * no_return.sigma_rad.unwrap_or(0.0);
+            let surely_rad =
+                no_return.rotation_rad + SURE_SIGMAS * no_return.sigma_rad.unwrap_or(0.0);
             rotation.end_ns.is_none()
                 && largest_rad > ROTATES_SIGMAS * rotation.spell.sigma
                 && passed(surely_rad).is_some()

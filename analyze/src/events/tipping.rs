@@ -14,10 +14,10 @@
 use nalgebra::Vector3;
 use tipwatch_mechanics::estimation::plausibility::student;
 use tipwatch_mechanics::machine::{JointCoupling, Machine, SupportKind};
+use tipwatch_mechanics::number::{BEYOND_SURE, SURE_SIGMAS, normal_density, normal_distribution};
 use tipwatch_mechanics::{Parameter, Placement, Quantity, Scope, State, Workspace, evaluate};
 
 use super::episodes::{Episode, MERGED_NS, episodes_within, joined, least};
-use super::normal::{normal_density, normal_distribution};
 use super::onset::{self, Curve, Onset};
 use super::pages::{MOST_ROWS_BACK, Pages};
 use super::rotation::FoundRotation;
@@ -26,8 +26,7 @@ use crate::base::table::Table;
 
 /// Loads off an edge below this share of the weight are looked at.
 const SMALL_SHARE: f64 = 0.15;
-/// A load is near zero if it is below this many standard deviations, and below this share of the weight.
-const NEAR_SIGMAS: f64 = 2.0;
+/// A load is near zero if it is below [`SURE_SIGMAS`] standard deviations, and below this share of the weight.
 const NEAR_SHARE: f64 = 0.03;
 /// Standard deviation of the rotation about an edge (rad) of a machine whose wheels stay on the ground: standing,
 /// by its tyres, and driving, by the ground.
@@ -59,8 +58,6 @@ pub(crate) const SHIFT_SHARE: f64 = 0.25;
 const SHIFT_UNTIL_RAD: f64 = 0.3;
 /// Longest time before the load is near zero that the onset is searched with (s).
 const BEFORE_S: f64 = 1.5;
-/// An axle is at its stop within so many standard deviations of its position.
-const STOP_SIGMAS: f64 = 2.0;
 
 /// Time before the end of a log whose computed loads decide whether a fall has begun (ns).
 const LAST_NS: i64 = 100_000_000;
@@ -278,7 +275,7 @@ impl OfEdge<'_, '_> {
             };
             let sigma_n = self.sigma(candidate, &factors);
             let load = load_off(rows, edge, reach);
-            let limit_n = NEAR_SIGMAS * sigma_n.max(0.0);
+            let limit_n = SURE_SIGMAS * sigma_n.max(0.0);
             let near = |row: usize| {
                 let limit_n = limit_n.min(NEAR_SHARE * weight(row));
                 unloaded(row) || (rows.is_meaningful(row) && load(row) <= limit_n)
@@ -516,9 +513,8 @@ impl OfEdge<'_, '_> {
         // a machine that carries load off the edge in its first row has not begun to fall
         let limit_n = self.limit_n(first, blank.sigma_n);
         let may_be_off = (curve.loads_n.first()).is_some_and(|load_n| *load_n <= limit_n);
-        let is_under_way = may_be_off
-            && self.begins_unseen(&curve)
-            && onset::had_begun(&rates) >= onset::MAY_HAVE_BEGUN;
+        let is_under_way =
+            may_be_off && self.begins_unseen(&curve) && onset::had_begun(&rates) >= BEYOND_SURE;
         let onset = match is_under_way {
             true => None,
             false => onset::corner(&curve, &rates, blank.sigma_n, None),
@@ -631,7 +627,7 @@ impl OfEdge<'_, '_> {
                 false => most - position,
             };
             let sigma = Parameter::JointPosition(joint).sigma(machine);
-            until_stop <= STOP_SIGMAS * sigma
+            until_stop <= SURE_SIGMAS * sigma
         })
     }
 

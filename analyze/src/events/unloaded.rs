@@ -1,12 +1,12 @@
 //! Supports off the ground by their own measured load: the loads computed from dynamics may differ.
 
 use tipwatch_mechanics::machine::{ForceSource, Machine};
+use tipwatch_mechanics::number::{normal_density, normal_distribution};
 use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::{Quantity, State};
 
 use super::episodes::MERGED_NS;
 use super::event::{Event, EventKind};
-use super::normal::{normal_density, normal_distribution};
 use crate::base::rows::Rows;
 use crate::load::MeasuredLoads;
 
@@ -57,6 +57,8 @@ struct Unloaded {
     /// Standard deviation of the start (s); `None` where no load was measured before.
     start_sigma_s: Option<f64>,
     last_ns: i64,
+    /// Standard deviation of the end (s); `None` where no load was measured afterwards.
+    end_sigma_s: Option<f64>,
     /// The smallest measured load (N), and its time.
     least: (f64, i64),
     sum: f64,
@@ -176,10 +178,14 @@ impl<'a> UnloadedSupports<'a> {
                     jack.add(time_ns, force, beyond, &mut self.events);
                     continue;
                 }
+                let is_loaded = force > LOADED_SIGMAS * jack.sigma;
+                if is_loaded {
+                    jack.note_rise(time_ns, force);
+                }
                 if let Some(ended) = jack.ended(time_ns) {
                     self.events.extend(ended);
                 }
-                if force > LOADED_SIGMAS * jack.sigma {
+                if is_loaded {
                     jack.loaded = Some((time_ns, force));
                 }
                 jack.note_total(time_ns, beyond);
@@ -220,9 +226,10 @@ impl<'a> UnloadedSupports<'a> {
                 continue;
             };
             let ends = computed.iter().filter(|event| overlaps(event));
-            let ends = ends.map(|event| event.end_ns.unwrap_or(i64::MAX));
-            let last = ends.max().unwrap_or(i64::MAX);
-            let last = last.max(measured.end_ns.unwrap_or(i64::MAX));
+            let ends = ends.chain([&measured]);
+            let last = ends.max_by_key(|event| event.end_ns.unwrap_or(i64::MAX));
+            let (end_ns, end_sigma_s) =
+                last.map_or((None, None), |last| (last.end_ns, last.end_sigma_s));
             computed.retain(|event| !overlaps(event));
             let is_measured_earlier = measured.start_ns < first.start_ns;
             computed.push(Event {
@@ -231,8 +238,8 @@ impl<'a> UnloadedSupports<'a> {
                     true => measured.start_sigma_s,
                     false => first.start_sigma_s,
                 },
-                end_ns: (last < i64::MAX).then_some(last),
-                end_sigma_s: first.end_sigma_s.filter(|_| first.end_ns == Some(last)),
+                end_ns,
+                end_sigma_s,
                 // no split of the load changes what is measured, and no computed load is as certain
                 split_dependent: Some(false),
                 certainty: measured.certainty,
@@ -251,16 +258,14 @@ impl Jack {
         if let Some(ended) = self.ended(time_ns) {
             events.extend(ended);
         }
-        // by the rate at which the load fell, and anywhere in the time between the two samples: the start is stated as the later
-        // one, about which the root mean square of a uniform time is its length over the root of 3 (of 12 about its middle)
         let start_sigma_s = self.loaded.map(|(loaded_ns, load)| {
-            let fall_s = time_ns.saturating_sub(loaded_ns) as f64 * 1e-9;
-            fall_s * (self.sigma / (load - force)).hypot(1.0 / 3.0_f64.sqrt())
+            self.passage_sigma_s(time_ns.saturating_sub(loaded_ns), load - force)
         });
         let found = self.open.get_or_insert(Unloaded {
             start_ns: time_ns,
             start_sigma_s,
             last_ns: time_ns,
+            end_sigma_s: None,
             least: (force, time_ns),
             sum: 0.0,
             samples: 0.0,
@@ -271,11 +276,29 @@ impl Jack {
             let more = beyond - self.before.map_or(0.0, |(_, before)| before);
             found.total = (found.total.0 + more, found.total.1 + 1.0);
         }
-        found.last_ns = time_ns;
+        (found.last_ns, found.end_sigma_s) = (time_ns, None);
         found.sum += force;
         found.samples += 1.0;
         if force < found.least.0 {
             found.least = (force, time_ns);
+        }
+    }
+
+    /// Standard deviation of the time (s) at which a load passed through nothing between two samples: by the rate at which it changed,
+    /// and anywhere in the time between them. The time is stated as that of the one without a load, about which the root mean square
+    /// of a uniform time is its length over the root of 3 (of 12 about its middle).
+    fn passage_sigma_s(&self, apart_ns: i64, change_n: f64) -> f64 {
+        apart_ns as f64 * 1e-9 * (self.sigma / change_n).hypot(1.0 / 3.0_f64.sqrt())
+    }
+
+    /// Notes the first sample that shows a load again.
+    fn note_rise(&mut self, time_ns: i64, force: f64) {
+        let Some(last_ns) = self.open.as_ref().map(|open| open.last_ns) else {
+            return;
+        };
+        let sigma_s = self.passage_sigma_s(time_ns.saturating_sub(last_ns), force);
+        if let Some(open) = &mut self.open {
+            open.end_sigma_s.get_or_insert(sigma_s);
         }
     }
 
@@ -313,6 +336,7 @@ impl Jack {
         }
         Some(Event {
             end_ns,
+            end_sigma_s: found.end_sigma_s.filter(|_| end_ns.is_some()),
             start_sigma_s: found.start_sigma_s,
             worst: found.least.0,
             worst_ns: found.least.1,
@@ -362,9 +386,8 @@ fn alive_certainty(beyond: f64, sigma: f64, mean_load: f64) -> f64 {
 mod tests {
     use super::*;
 
-    #[test]
-    fn the_start_is_as_uncertain_as_all_of_the_time_before_its_sample() {
-        let mut jack = Jack {
+    fn jack() -> Jack {
+        Jack {
             measured_by: Source::Sensor(0),
             subject: "fl".into(),
             sigma: 1.0,
@@ -374,7 +397,37 @@ mod tests {
             loaded: Some((0, 30_000.0)),
             before: None,
             open: None,
-        };
+        }
+    }
+
+    #[test]
+    fn the_end_is_as_uncertain_as_all_of_the_time_until_the_next_load() {
+        let mut jack = jack();
+        let mut events = Vec::new();
+        for time_ns in (0..=2_000_000_000).step_by(40_000_000) {
+            jack.add(time_ns, 0.0, f64::NAN, &mut events);
+        }
+        assert!(events.is_empty());
+        jack.note_rise(2_200_000_000, 20_000.0);
+        jack.note_rise(2_400_000_000, 30_000.0);
+        let ended = jack.ended(3_000_000_000).flatten().expect("a lift");
+        assert_eq!(ended.end_ns, Some(2_000_000_000));
+        let sigma_s = ended.end_sigma_s.expect("a load afterwards");
+        let expected_s = 0.2 / 3.0_f64.sqrt();
+        assert!(
+            (sigma_s - expected_s).abs() < 1e-5,
+            "{sigma_s} {expected_s}"
+        );
+        // what goes on has no end
+        jack.add(4_000_000_000, 0.0, f64::NAN, &mut events);
+        jack.note_rise(4_020_000_000, 20_000.0);
+        jack.add(4_040_000_000, 0.0, f64::NAN, &mut events);
+        assert!(jack.open.is_some_and(|open| open.end_sigma_s.is_none()));
+    }
+
+    #[test]
+    fn the_start_is_as_uncertain_as_all_of_the_time_before_its_sample() {
+        let mut jack = jack();
         let mut events = Vec::new();
         jack.add(1_000_000_000, 0.0, f64::NAN, &mut events);
         let open = jack.open.expect("a time without load");

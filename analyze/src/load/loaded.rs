@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use tipwatch_binding::{MachineFile, bind, monitor_topic};
 use tipwatch_ingest::{Log, Losses, SensorBlock, SensorRequest, TopicId, read_sensor_blocks};
 use tipwatch_language::{message, say, told};
-use tipwatch_mechanics::estimation::plausibility::Inherited;
+use tipwatch_mechanics::estimation::plausibility::{Inherited, Part};
 use tipwatch_mechanics::machine::{Machine, Proofs};
 use tipwatch_mechanics::state::{JointStream, MatchedSensors, NumberKind, Sample, Sensor, Sensors};
 
@@ -315,10 +315,9 @@ fn subject(sensor: Sensor, key: &str, sensors: &Sensors, machine: &Machine) -> S
             format!("{key}.{}", name.to_lowercase())
         }
         Sensor::Number(NumberKind::Switch, index) => format!("switch.{index}"),
-        Sensor::Number(NumberKind::Load, index) => {
-            format!("load.{}", machine.load_sensors()[index].name)
+        Sensor::Number(NumberKind::Load | NumberKind::Payload | NumberKind::Force, _) => {
+            Part::Number.subject(sensor, machine)
         }
-        Sensor::Number(NumberKind::Payload, index) => format!("payload_signal.{index}"),
         Sensor::Number(NumberKind::Command, index) => {
             let joint = machine.joint_commands()[index].joint;
             format!("command.{}", machine.joints()[joint].name)

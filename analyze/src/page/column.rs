@@ -6,20 +6,35 @@ use serde::Serialize;
 
 /// The numbers of all curves of a page, column after column. Of a column, the first bytes of all its numbers come
 /// first, then the second ones, and so on: those of a kind compress together.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Columns {
     bytes: RefCell<Vec<u8>>,
     /// Low bits of a value that are left out, of the 23 behind its first one.
     left_out: u32,
+    /// Length of a tick of the page's times (s).
+    tick_s: f64,
 }
 
-/// A whole column, as `type:first byte:number of numbers`; the page's script reads it.
+impl Default for Columns {
+    fn default() -> Self {
+        Self {
+            bytes: RefCell::default(),
+            left_out: 0,
+            tick_s: TICK_S,
+        }
+    }
+}
+
+/// A whole column, as `type:first byte:number of numbers`, and the length of its ticks where that is not the usual one; the page's
+/// script reads it.
 #[derive(Debug, Clone, Serialize)]
 #[serde(transparent)]
 pub(crate) struct Column(String);
 
-/// Length of a tick of the page's times (s).
+/// Usual length of a tick of the page's times (s).
 const TICK_S: f64 = 1e-4;
+/// Ticks of a picture that shows all of the log: it has fewer columns.
+const TICKS_OF_A_PICTURE: f64 = 4096.0;
 /// Bits beyond what a reader is told: values are right to one in sixty thousand, of which the page tells four digits. What is left
 /// out is a whole byte of each, mostly noise: a third of the packed size.
 const BEYOND_A_READER: u32 = 8;
@@ -33,26 +48,32 @@ impl Columns {
         Self {
             bytes: RefCell::new(Vec::with_capacity(points * 8)),
             left_out: BEYOND_A_READER,
+            ..Self::default()
         }
     }
 
-    /// With values as precise as a picture needs, for one of many pages.
-    pub(crate) fn pictured(self) -> Self {
+    /// With values and times as precise as a picture of a log of this length (s) needs, for one of many pages.
+    pub(crate) fn pictured(self, last_s: f64) -> Self {
         Self {
             left_out: BEYOND_A_PICTURE,
+            tick_s: (last_s / TICKS_OF_A_PICTURE).max(TICK_S),
             ..self
         }
     }
 
-    /// The columns of values over times (s from the first row). Times are 32-bit ticks up to five days, each less the one
+    /// The columns of values over times (s from the first row). Times are 32-bit ticks, usually up to five days, each less the one
     /// before, and 64-bit numbers beyond; values are 32-bit numbers. A value that is not finite breaks the line.
     pub(crate) fn curve(&self, times: &[f64], values: &[f64]) -> (Column, Column) {
-        let last_s = f64::from(u32::MAX) * TICK_S;
+        let last_s = f64::from(u32::MAX) * self.tick_s;
         let times = if times.iter().all(|time| (0.0..=last_s).contains(time)) {
-            let ticks = times.iter().map(|time| (time / TICK_S).round() as u32);
+            let ticks = times.iter().map(|time| (time / self.tick_s).round() as u32);
             let mut before = 0;
             let steps = ticks.map(|tick| tick.wrapping_sub(std::mem::replace(&mut before, tick)));
-            self.add("ticks", steps.map(u32::to_le_bytes))
+            let Column(column) = self.add("ticks", steps.map(u32::to_le_bytes));
+            match self.tick_s > TICK_S {
+                true => Column(format!("{column}:{}", self.tick_s)),
+                false => Column(column),
+            }
         } else {
             self.add("f64", times.iter().map(|time| time.to_le_bytes()))
         };
@@ -107,16 +128,26 @@ mod tests {
             assert!((pictured - value).abs() <= 1.3e-4 * value.abs(), "{value}");
             assert_eq!(pictured.to_bits().trailing_zeros().min(11), 11);
         }
-        let columns = Columns::default().pictured();
+        let columns = Columns::default().pictured(0.0);
         let (_, values) = columns.curve(&[0.0, 1.0], &[1.000_1, f64::NAN]);
         let expected = [1.0_f32, f32::NAN].map(f32::to_le_bytes).concat();
         assert_eq!(read(&columns, &values), ("f32".into(), expected));
     }
 
+    #[test]
+    fn times_of_a_picture_are_as_precise_as_it_is_wide() {
+        let columns = Columns::default().pictured(8192.0);
+        let (times, _) = columns.curve(&[0.0, 8192.0, 4096.9], &[0.0; 3]);
+        let ticks = [0, 4096, 2048_u32.wrapping_sub(4096)];
+        let ticks = ticks.map(u32::to_le_bytes).concat();
+        assert_eq!(read(&columns, &times), ("ticks".into(), ticks));
+        assert_eq!(times.0.rsplit(':').next(), Some("2"));
+    }
+
     /// The type of a column, and its bytes in order.
     fn read(columns: &Columns, column: &Column) -> (String, Vec<u8>) {
         let parts: Vec<&str> = column.0.split(':').collect();
-        let [type_name, first, count] = parts[..] else {
+        let [type_name, first, count, ..] = parts[..] else {
             panic!("{column:?}");
         };
         let [first, count] = [first, count].map(|part| part.parse::<usize>().unwrap_or(0));

@@ -32,7 +32,7 @@ impl Point {
 ///
 /// A short curve keeps all rows. A longer one is cut into equal buckets; each keeps its smallest value, its
 /// largest value and, as a break, its first value that is not finite. The first and the last row stay too.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Thinned {
     /// Rows of the whole curve, and of those before the next one.
     rows: usize,
@@ -57,16 +57,11 @@ impl Thinned {
         let kept = if rows <= most { rows } else { 2 * buckets + 2 };
         Self {
             rows,
-            row: 0,
             most,
             buckets,
-            bucket: 0,
             end: rows / buckets,
-            least: None,
-            largest: None,
-            broken: None,
-            last: None,
             kept: Vec::with_capacity(kept),
+            ..Self::default()
         }
     }
 

@@ -63,6 +63,16 @@ impl Document<'_> {
 
     /// Renders the whole page with a program of its own.
     pub(crate) fn render_with(&self, content: &Markup, program: Option<&Program>) -> String {
+        self.page(content, &glossary(content), program)
+    }
+
+    /// Renders a sheet with what is folded behind it: the glossary has the terms of the sheet alone.
+    pub(crate) fn render_sheet(&self, sheet: &Markup, folded: &Markup) -> String {
+        let content = html! { (sheet) (folded) };
+        self.page(&content, &glossary(sheet), None)
+    }
+
+    fn page(&self, content: &Markup, glossary: &Markup, program: Option<&Program>) -> String {
         let page = html! {
             (DOCTYPE)
             html lang=(tag()) {
@@ -82,7 +92,7 @@ impl Document<'_> {
                     }
                     main {
                         (content)
-                        (glossary(content))
+                        (glossary)
                     }
                     @if let Some(program) = program { (program) }
                     @if let Some(plots) = &self.plots { (plots) } @else { script { (PreEscaped(PAGE_SCRIPT)) } }
@@ -208,6 +218,23 @@ pub(crate) fn json_script(id: &str, data: &impl Serialize) -> Markup {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_glossary_of_a_sheet_has_its_terms_alone() {
+        let document = Document {
+            title: "",
+            subtitle: "",
+            styles: &[],
+            plots: None,
+        };
+        let [sheet, folded] = ["OTF", "TOM"].map(|term| html! { p { (term) } });
+        let page = document.render_sheet(&sheet, &folded);
+        let explains = |page: &str, term: &str| page.contains(&format!("<th scope=\"row\">{term}"));
+        assert!(explains(&page, "OTF") && !explains(&page, "TOM"));
+        assert!(page.contains("<p>TOM</p>"));
+        let whole = document.render(&html! { (sheet) (folded) });
+        assert!(explains(&whole, "TOM"));
+    }
 
     #[test]
     fn json_cannot_end_its_script() {

@@ -25,7 +25,7 @@ pub(crate) struct Figure {
     /// Start and end of the time axis (s).
     span: [f64; 2],
     traces: Vec<Trace>,
-    /// Shaded times.
+    /// Times that are shaded in this figure and in all behind it on the page.
     bands: Vec<Band>,
     /// Horizontal lines.
     limits: Vec<Limit>,
@@ -102,7 +102,7 @@ impl Figure {
         self.traces.push(trace);
     }
 
-    /// Shades a time; `kind` is a class of the style sheet.
+    /// Shades a time in the first figure of a page, and in those behind it; `kind` is a class of the style sheet.
     pub(crate) fn shade(&mut self, [from, to]: [f64; 2], kind: &'static str) {
         self.bands.push(Band { from, to, kind });
     }

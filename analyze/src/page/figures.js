@@ -12,7 +12,7 @@
   const columns = new Uint8Array(await window.unpacked('columns').arrayBuffer());
 
   // A column is "type:first byte:count": the first bytes of all its numbers, then the second ones, and so on. A tick is
-  // 0.1 ms, and stands as what it is more than the one before.
+  // 0.1 ms, or as long as is told behind the count, and stands as what it is more than the one before.
   const ARRAYS = { ticks: Uint32Array, f32: Float32Array, f64: Float64Array };
   function numbers(column) {
     const parts = column.split(':'), first = Number(parts[1]), count = Number(parts[2]);
@@ -23,8 +23,9 @@
       }
     }
     let tick = 0;
+    const seconds = parts.length > 3 ? function () { return tick * Number(parts[3]); } : function () { return tick / 1e4; };
     return parts[0] === 'ticks'
-      ? Float64Array.from(found, function (step) { tick = (tick + step) >>> 0; return tick / 1e4; }) : found;
+      ? Float64Array.from(found, function (step) { tick = (tick + step) >>> 0; return seconds(); }) : found;
   }
 
   const LEFT = 62, RIGHT = 12, TOP = 8, BOTTOM = 24, LANE_LETTERS = 12;
@@ -111,7 +112,8 @@
     return context.createPattern(tile, 'repeat');
   }
 
-  // Bands of one kind that overlap are one: their colours would add up.
+  // Bands of one kind that overlap are one: their colours would add up. Those of the first figure are shaded in all.
+  const bands = once(figures[0].bands);
   function once(bands) {
     const found = [];
     bands.slice().sort(function (a, b) { return a.from - b.from; }).forEach(function (band) {
@@ -145,7 +147,7 @@
 
     c.save();
     c.beginPath(); c.rect(left, TOP, right - left, floor - TOP); c.clip();
-    once(figure.bands).forEach(function (band) {
+    bands.forEach(function (band) {
       const from = atX(band.from), to = Math.max(atX(band.to), from + 1);
       c.fillStyle = look.shade[band.kind]; c.fillRect(from, TOP, to - from, floor - TOP);
     });

@@ -15,8 +15,8 @@ const LEFT: f64 = 44.0;
 const RIGHT: f64 = 8.0;
 const TOP: f64 = 8.0;
 const BOTTOM: f64 = 34.0;
-/// A point this far from a line is seen beside it.
-const SEEN: f64 = 0.2;
+/// A point this far from a line, a third of its width, is seen beside it.
+const SEEN: f64 = 0.4;
 /// Height of a name of a line.
 const NAME_HEIGHT: f64 = 11.0;
 /// Width of a letter of a name, and of the sample of the line before it.

@@ -9,10 +9,12 @@ use tipwatch_language::say;
 use tipwatch_mechanics::machine::Machine;
 
 use crate::analysis::calendar::Calendar;
+use crate::analysis::digest::WheelDigest;
 use crate::analysis::{Analysis, Coverage, Undecided};
+use crate::base::built::built;
 use crate::base::number::known;
 use crate::base::shared::Shared;
-use crate::events::{Event, EventKind, Finding};
+use crate::events::{Event, EventKind, Finding, Turning};
 use crate::tables::frame::record;
 
 pub use crate::analysis::margin::{
@@ -22,65 +24,109 @@ pub use crate::analysis::margin::{
 /// Number of findings kept.
 const MOST_FINDINGS: usize = 3;
 
-/// The facts of one log.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct LogFacts {
-    /// Time of the first row (ns).
-    pub start_ns: i64,
-    /// Time of the first row since 1970 (ns, UTC), by the clock that stamped the signals or, where its stamps are no dates, by the
-    /// recorder's; `None` if neither tells the date. Absent from results of older versions.
-    #[serde(default)]
-    pub start_utc_ns: Option<i64>,
-    /// Time of the last row (ns).
-    pub end_ns: i64,
-    /// Time from the first to the last row (s).
-    pub duration_s: f64,
-    /// Number of rows.
-    pub rows: u64,
-    /// Number of valid rows.
-    pub valid_rows: u64,
-    /// Share of the log's time that could be computed.
-    pub coverage: Coverage,
-    /// Findings about grossly wrong inputs.
-    pub gross_inputs: Vec<String>,
-    /// Further doubts about the computed loads, one sentence each: loads that nobody stated, measured loads that contradict
-    /// them, inputs that contradict the machine file. Absent from results of older versions.
-    #[serde(default)]
-    pub doubts: Vec<String>,
-    /// Smallest margin over the valid rows.
-    pub worst: Option<WorstMargin>,
-    /// Smallest margin under any split of the load, 0 to 1, over the valid rows: 0 where a wheel was off the ground under
-    /// every split. Absent from results of older versions.
-    #[serde(default)]
-    pub margin_any_split: Option<f64>,
-    /// Largest utilisation over the valid rows: U = 1 - (OTF - 2 sigma) / static load, of the worst
-    /// wheel. OTF is the overturning force.
-    pub largest_utilisation: Option<f64>,
-    /// Exposure: time by margin, and causes of small margins.
-    pub exposure: Exposure,
-    /// Facts by wheel.
-    pub wheels: Vec<WheelFacts>,
-    /// Number of events by kind; `None` for events of the machine if no row is computable.
-    pub event_counts: EventCounts,
-    /// Longest gap in a signal (s); 0 without an `input_gap`.
-    pub longest_gap_s: f64,
-    /// Number of lost byte ranges.
-    pub lost_ranges: u64,
-    /// Bytes in these ranges.
-    pub lost_bytes: u64,
-    /// Messages that the recorder counted but the log does not contain; `None` if a part was lost whose
-    /// messages nobody counted.
-    pub missing_messages: Option<u64>,
-    /// Messages that could not be decoded.
-    pub undecodable_messages: u64,
-    /// The most important findings in words, without their evidence.
-    pub findings: Vec<String>,
-    /// Notes of the analysis.
-    pub notes: Vec<Shared<str>>,
-    /// A fall that may have begun when the log ends. Absent from results of older versions.
-    #[serde(default)]
-    pub open_fall: Option<OpenFall>,
+built! {
+    /// The facts of one log.
+    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+    pub struct LogFacts: pub fn of(analysis: &Analysis, findings: &[Finding], doubts: Vec<String>) {
+        let (rows, losses, margins) = (&analysis.rows, &analysis.losses, &analysis.margins);
+        let (start_ns, end_ns) = (rows.times_ns[0], rows.times_ns[rows.len() - 1]);
+        let gaps = analysis.events.iter();
+        let gaps = gaps.filter(|event| event.kind == EventKind::InputGap);
+        let is_valid = |row: &usize| rows.is_valid(*row);
+    } {
+        /// Time of the first row (ns).
+        pub start_ns: i64 = start_ns,
+        /// Time of the first row since 1970 (ns, UTC), by the clock that stamped the signals or, where its stamps are no dates, by the
+        /// recorder's; `None` if neither tells the date. Absent from results of older versions.
+        #[serde(default)]
+        pub start_utc_ns: Option<i64> = Calendar::of(analysis).utc_ns(start_ns),
+        /// Time of the last row (ns).
+        pub end_ns: i64 = end_ns,
+        /// Time from the first to the last row (s).
+        pub duration_s: f64 = (end_ns - start_ns) as f64 * 1e-9,
+        /// Number of rows.
+        pub rows: u64 = rows.len() as u64,
+        /// Number of valid rows.
+        pub valid_rows: u64 = (0..rows.len()).filter(is_valid).count() as u64,
+        /// Share of the log's time that could be computed.
+        pub coverage: Coverage = analysis.coverage,
+        /// Findings about grossly wrong inputs.
+        pub gross_inputs: Vec<String> = analysis.gross_inputs_in_words(),
+        /// Further doubts about the computed loads, one sentence each: loads that nobody stated, measured loads that contradict
+        /// them, inputs that contradict the machine file. Absent from results of older versions.
+        #[serde(default)]
+        pub doubts: Vec<String> = doubts,
+        /// Smallest margin over the valid rows.
+        pub worst: Option<WorstMargin> = margins.worst.clone(),
+        /// Smallest margin under any split of the load, 0 to 1, over the valid rows: 0 where a wheel was off the ground under
+        /// every split. Absent from results of older versions.
+        #[serde(default)]
+        pub margin_any_split: Option<f64> = match analysis.events.iter().any(lifts_under_any_split) {
+            true => Some(0.0),
+            false => margins.any_split,
+        },
+        /// Largest utilisation over the valid rows: U = 1 - (OTF - 2 sigma) / static load, of the worst
+        /// wheel. OTF is the overturning force.
+        pub largest_utilisation: Option<f64> = margins.largest_utilisation,
+        /// Exposure: time by margin, and causes of small margins.
+        pub exposure: Exposure = margins.exposure(analysis.coverage.covered_s),
+        /// Facts by wheel.
+        pub wheels: Vec<WheelFacts> = (analysis.machine.wheels().iter())
+            .zip(&analysis.digest.wheels)
+            .map(|(wheel, found)| WheelFacts::of(&wheel.name, found))
+            .collect(),
+        /// Number of events by kind; `None` for events of the machine if no row is computable.
+        pub event_counts: EventCounts = BTreeMap::from(EventKind::ALL.map(|kind| (kind, count(analysis, kind)))).into(),
+        /// Longest gap in a signal (s); 0 without an `input_gap`.
+        pub longest_gap_s: f64 = gaps.map(|event| event.worst).fold(0.0, f64::max),
+        /// Number of lost byte ranges.
+        pub lost_ranges: u64 = losses.ranges.len() as u64,
+        /// Bytes in these ranges.
+        pub lost_bytes: u64 = losses.bytes_lost(),
+        /// Messages that the recorder counted but the log does not contain; `None` if a part was lost whose
+        /// messages nobody counted.
+        pub missing_messages: Option<u64> = missing_messages(losses),
+        /// Messages that could not be decoded.
+        pub undecodable_messages: u64 = losses.undecodable_messages.values().sum(),
+        /// The most important findings in words, without their evidence.
+        pub findings: Vec<String> =
+            findings.iter().take(MOST_FINDINGS).map(|finding| finding.headline.clone()).collect(),
+        /// Notes of the analysis.
+        pub notes: Vec<Shared<str>> = analysis.notes.iter().map(|note| note.to_string().into()).collect(),
+        /// A fall that may have begun when the log ends. Absent from results of older versions.
+        #[serde(default)]
+        pub open_fall: Option<OpenFall> =
+            analysis.turning.as_ref().map(|turning| OpenFall::of(&analysis.machine, turning)),
+    }
 }
+
+/// Name of a number that a policy may limit, and its value: `None` if it cannot be computed.
+pub(super) type Quantity = (&'static str, fn(&LogFacts) -> Option<f64>);
+
+/// All numbers that a policy may limit.
+pub(super) const QUANTITIES: [Quantity; 10] = [
+    // of the valid rows: smallest OTF as a share of the wheel's static load, the same minus two standard deviations, in N
+    ("worst_margin", |facts| Some(facts.worst.as_ref()?.margin)),
+    ("worst_margin_low", |facts| {
+        let worst = facts.worst.as_ref()?;
+        Some(worst.margin - 2.0 * worst.sigma?)
+    }),
+    ("least_otf_n", |facts| {
+        let otfs = facts.wheels.iter().map(|wheel| wheel.least_otf_n);
+        let otfs = otfs.collect::<Option<Vec<f64>>>()?;
+        otfs.into_iter().reduce(f64::min)
+    }),
+    ("utilisation", |facts| facts.largest_utilisation),
+    // time with a margin below 1 - the notice level
+    ("exposed_s", |facts| facts.exposure.exposed_s),
+    ("valid_share", |facts| facts.coverage.valid_share),
+    ("duration_s", |facts| Some(facts.duration_s)),
+    ("longest_gap_s", |facts| Some(facts.longest_gap_s)),
+    ("lost_ranges", |facts| Some(facts.lost_ranges as f64)),
+    ("lost_messages", |facts| {
+        Some((facts.missing_messages? + facts.undecodable_messages) as f64)
+    }),
+];
 
 /// Number of events of each kind; `None` if it cannot be known. In a record it is a table by kind.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -111,75 +157,87 @@ impl From<EventCounts> for BTreeMap<EventKind, Option<u64>> {
     }
 }
 
-/// A fall that may have begun when the log ends.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct OpenFall {
-    /// The edge.
-    pub edge: String,
-    /// The wheels off the edge, in lower case, if the tyres do not explain the rotation with all of them on the ground.
-    #[serde(default)]
-    pub off_edge: Vec<String>,
-    /// Description of the observed rotation.
-    pub found: String,
+built! {
+    /// A fall that may have begun when the log ends.
+    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+    pub struct OpenFall: fn of(machine: &Machine, turning: &Turning) {} {
+        /// The edge.
+        pub edge: String = turning.edge.clone(),
+        /// The wheels off the edge, in lower case, if the tyres do not explain the rotation with all of them on the ground.
+        #[serde(default)]
+        pub off_edge: Vec<String> = match turning.is_beyond_tyres {
+            true => wheels_off(machine, &turning.edge),
+            false => Vec::new(),
+        },
+        /// Description of the observed rotation.
+        pub found: String = say!("the log ends while {}", turning.in_words()),
+    }
 }
 
-/// The facts of a wheel, over the valid rows.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct WheelFacts {
-    /// Its name, in lower case.
-    pub name: Shared<str>,
-    /// Static load: level, at rest, in the reference posture (N).
-    pub static_load_n: Option<f64>,
-    /// Smallest OTF (N).
-    pub least_otf_n: Option<f64>,
-    /// Smallest load (N).
-    pub least_load_n: Option<f64>,
-    /// Largest load (N).
-    pub largest_load_n: Option<f64>,
+built! {
+    /// The facts of a wheel, over the valid rows.
+    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+    pub struct WheelFacts: fn of(name: &str, found: &WheelDigest) {} {
+        /// Its name, in lower case.
+        pub name: Shared<str> = name.to_lowercase().into(),
+        /// Static load: level, at rest, in the reference posture (N).
+        pub static_load_n: Option<f64> = found.static_load_n,
+        /// Smallest OTF (N).
+        pub least_otf_n: Option<f64> = found.least_otf_n,
+        /// Smallest load (N).
+        pub least_load_n: Option<f64> = found.least_load_n,
+        /// Largest load (N).
+        pub largest_load_n: Option<f64> = found.largest_load_n,
+    }
 }
 
 record! {
-    /// The facts of an event.
+    /// The facts of an event of a log that ends at a time (ns); `is_open` is whether it rests on a rotation that ground that gave
+    /// way explains as well.
     #[derive(Serialize, Deserialize)]
-    pub struct EventFacts {
+    pub struct EventFacts of (event: &Event, last_ns: i64, is_open: bool) {
+        let cause = event.causes.as_ref().and_then(|causes| causes.shares.first());
+        // a measured rotation may last beyond the last row
+        let until_ns = event.end_ns.unwrap_or(last_ns.max(event.worst_ns));
+    } {
         /// as in [Events](events.md)
-        kind: EventKind,
+        kind: EventKind = event.kind,
         /// the wheel, edge or signal
-        subject: Shared<str>,
+        subject: Shared<str> = event.subject.as_str().into(),
         /// start
-        start_ns: i64 ["ns"],
+        start_ns: i64 ["ns"] = event.start_ns,
         /// end; null if it lasts until the log ends
-        end_ns: Option<i64> ["ns"],
+        end_ns: Option<i64> ["ns"] = event.end_ns,
         /// how long it lasted, until the log ends if it is still active
-        duration_s: f64 ["s"],
+        duration_s: f64 ["s"] = (until_ns - event.start_ns).max(0) as f64 * 1e-9,
         /// the worst value
-        worst: Option<f64> ["column unit"],
+        worst: Option<f64> ["column unit"] = known(event.worst),
         /// unit of `worst`
-        unit: Shared<str>,
+        unit: Shared<str> = event.unit.into(),
         /// time of the worst value
-        worst_ns: i64 ["ns"],
+        worst_ns: i64 ["ns"] = event.worst_ns,
         /// time from the onset of the first `wheel_light` that lasts until the event
-        lead_s: Option<f64> ["s"],
+        lead_s: Option<f64> ["s"] = event.lead_s,
         /// confidence: probability that the finding is true under the stated split
-        certainty: Option<f64> ["-"],
+        certainty: Option<f64> ["-"] = event.certainty,
         /// whether another admissible split of the load would undo it
-        split_dependent: Option<bool>,
+        split_dependent: Option<bool> = event.split_dependent,
         /// the cause that took most of the load
-        main_cause: Option<Shared<str>>,
+        main_cause: Option<Shared<str>> = cause.map(|share| share.cause.into()),
         /// its share
-        main_cause_percent: Option<f64> ["%"],
+        main_cause_percent: Option<f64> ["%"] = cause.and_then(|share| known(share.percent)),
         /// probability that the finding is true under any split
-        certainty_any_split: Option<f64> ["-"],
+        certainty_any_split: Option<f64> ["-"] = event.certainty_any_split,
         /// standard deviation of the start
-        start_sigma_s: Option<f64> ["s"],
+        start_sigma_s: Option<f64> ["s"] = event.start_sigma_s,
         /// signals that contradict each other during the event
-        doubted_by: Option<Vec<String>>,
+        doubted_by: Option<Vec<String>> = Some(event.doubt.as_ref().map_or_else(Vec::new, |doubt| doubt.subjects.clone())),
         /// whether gyro and attitude both show it, whatever the loads are
-        is_measured: Option<bool>,
+        is_measured: Option<bool> = Some(event.is_measured()),
         /// whether it rests on a rotation that ground that gave way explains as well
-        is_open: Option<bool>,
+        is_open: Option<bool> = Some(is_open),
         /// of an edge, another one that it may be about instead
-        other_edge: Option<Shared<str>>,
+        other_edge: Option<Shared<str>> = event.other_edge().map(Into::into),
     }
 }
 
@@ -192,58 +250,6 @@ fn wheels_off(machine: &Machine, edge: &str) -> Vec<String> {
 }
 
 impl LogFacts {
-    /// The facts of an analysis, the headlines of its findings, and what casts doubt on it.
-    #[must_use]
-    pub fn of(analysis: &Analysis, findings: &[Finding], doubts: Vec<String>) -> Self {
-        let rows = &analysis.rows;
-        let (start_ns, end_ns) = (rows.times_ns[0], rows.times_ns[rows.len() - 1]);
-        let losses = &analysis.losses;
-        let gaps = analysis.events.iter();
-        let gaps = gaps.filter(|event| event.kind == EventKind::InputGap);
-        Self {
-            start_ns,
-            start_utc_ns: Calendar::of(analysis).utc_ns(start_ns),
-            end_ns,
-            duration_s: (end_ns - start_ns) as f64 * 1e-9,
-            rows: rows.len() as u64,
-            valid_rows: (0..rows.len()).filter(|&row| rows.is_valid(row)).count() as u64,
-            coverage: analysis.coverage,
-            gross_inputs: analysis.gross_inputs_in_words(),
-            doubts,
-            worst: analysis.margins.worst.clone(),
-            margin_any_split: match analysis.events.iter().any(lifts_under_any_split) {
-                true => Some(0.0),
-                false => analysis.margins.any_split,
-            },
-            largest_utilisation: analysis.margins.largest_utilisation,
-            exposure: (analysis.margins).exposure(analysis.coverage.covered_s),
-            wheels: (0..analysis.machine.wheels().len())
-                .map(|wheel| wheel_facts(analysis, wheel))
-                .collect(),
-            event_counts: BTreeMap::from(EventKind::ALL.map(|kind| (kind, count(analysis, kind))))
-                .into(),
-            longest_gap_s: gaps.map(|event| event.worst).fold(0.0, f64::max),
-            lost_ranges: losses.ranges.len() as u64,
-            lost_bytes: losses.bytes_lost(),
-            missing_messages: missing_messages(losses),
-            undecodable_messages: losses.undecodable_messages.values().sum(),
-            findings: (findings.iter().take(MOST_FINDINGS))
-                .map(|finding| finding.headline.clone())
-                .collect(),
-            notes: (analysis.notes.iter())
-                .map(|note| note.to_string().into())
-                .collect(),
-            open_fall: (analysis.turning.as_ref()).map(|turning| OpenFall {
-                edge: turning.edge.clone(),
-                off_edge: match turning.is_beyond_tyres {
-                    true => wheels_off(&analysis.machine, &turning.edge),
-                    false => Vec::new(),
-                },
-                found: say!("the log ends while {}", turning.in_words()),
-            }),
-        }
-    }
-
     /// Number of events of a kind; `None` if it cannot be known.
     #[must_use]
     pub fn events_of(&self, kind: EventKind) -> Option<u64> {
@@ -314,38 +320,8 @@ pub fn event_facts(analysis: &Analysis) -> Vec<EventFacts> {
         let mut open = open.iter();
         event.kind.is_observed() && rests_on_it && open.any(|it| it.overlaps(event.span_ns()))
     };
-    let facts = analysis.events.iter().map(|event| {
-        let cause = event
-            .causes
-            .as_ref()
-            .and_then(|causes| causes.shares.first());
-        EventFacts {
-            kind: event.kind,
-            subject: event.subject.as_str().into(),
-            start_ns: event.start_ns,
-            end_ns: event.end_ns,
-            // a measured rotation may last beyond the last row
-            duration_s: (event.end_ns.unwrap_or(last_ns.max(event.worst_ns)) - event.start_ns)
-                .max(0) as f64
-                * 1e-9,
-            worst: known(event.worst),
-            unit: event.unit.into(),
-            worst_ns: event.worst_ns,
-            lead_s: event.lead_s,
-            certainty: event.certainty,
-            certainty_any_split: event.certainty_any_split,
-            start_sigma_s: event.start_sigma_s,
-            split_dependent: event.split_dependent,
-            main_cause: cause.map(|share| share.cause.into()),
-            main_cause_percent: cause.and_then(|share| known(share.percent)),
-            doubted_by: Some(
-                (event.doubt.as_ref()).map_or_else(Vec::new, |doubt| doubt.subjects.clone()),
-            ),
-            is_measured: Some(event.is_measured()),
-            is_open: Some(is_open(event)),
-            other_edge: event.other_edge().map(Into::into),
-        }
-    });
+    let events = analysis.events.iter();
+    let facts = events.map(|event| EventFacts::of(event, last_ns, is_open(event)));
     facts.collect()
 }
 
@@ -360,15 +336,4 @@ fn missing_messages(losses: &Losses) -> Option<u64> {
     let is_counted = |range: &LostRange| range.message_count.is_some();
     let missing = losses.missing_messages.values();
     losses.ranges.iter().all(is_counted).then(|| missing.sum())
-}
-
-fn wheel_facts(analysis: &Analysis, wheel: usize) -> WheelFacts {
-    let found = &analysis.digest.wheels[wheel];
-    WheelFacts {
-        name: analysis.machine.wheels()[wheel].name.to_lowercase().into(),
-        static_load_n: found.static_load_n,
-        least_otf_n: found.least_otf_n,
-        least_load_n: found.least_load_n,
-        largest_load_n: found.largest_load_n,
-    }
 }

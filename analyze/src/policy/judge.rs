@@ -8,7 +8,7 @@ use tipwatch_mechanics::machine::EDGES_OF_FOUR;
 
 use super::LEAST_OF_A_FACT;
 use super::facts::{EventFacts, LogFacts, OpenFall, WheelFacts};
-use super::rules::{Check, Events, Policy, Quantity, Rule, WhenUnknown};
+use super::rules::{Check, Events, Policy, Rule, WhenUnknown};
 use crate::analysis::Undecided;
 use crate::events::EventKind;
 use crate::events::support_words::edge_word;
@@ -105,13 +105,12 @@ impl Rule {
                 }
             }
             Check::Number {
-                quantity,
+                quantity: (_, of),
                 at_least,
                 at_most,
                 unknown,
             } => {
-                let value = quantity.of(facts);
-                let (passed, found) = judge_number(value, *at_least, *at_most, *unknown);
+                let (passed, found) = judge_number(of(facts), *at_least, *at_most, *unknown);
                 (passed, true, found)
             }
         };
@@ -158,7 +157,9 @@ impl Rule {
     fn has_value(&self, facts: &LogFacts) -> bool {
         match &self.check {
             Check::Events { .. } => true,
-            Check::Number { quantity, .. } => quantity.of(facts).is_some(),
+            Check::Number {
+                quantity: (_, of), ..
+            } => of(facts).is_some(),
         }
     }
 }
@@ -278,31 +279,6 @@ impl Events {
             && event.duration_s >= self.min_duration_s
             && (self.subjects.is_empty() || edges().any(|edge| is_named(edge)))
             && !(self.ignore_split_dependent && event.split_dependent == Some(true))
-    }
-}
-
-impl Quantity {
-    /// Its value; `None` if it cannot be computed.
-    fn of(self, facts: &LogFacts) -> Option<f64> {
-        let worst = facts.worst.as_ref();
-        let otfs = facts.wheels.iter().map(|wheel| wheel.least_otf_n);
-        match self {
-            Self::WorstMargin => worst.map(|worst| worst.margin),
-            Self::WorstMarginLow => worst.and_then(|worst| Some(worst.margin - 2.0 * worst.sigma?)),
-            Self::LeastOtfN => otfs
-                .collect::<Option<Vec<f64>>>()?
-                .into_iter()
-                .reduce(f64::min),
-            Self::Utilisation => facts.largest_utilisation,
-            Self::ExposedS => facts.exposure.exposed_s,
-            Self::ValidShare => facts.coverage.valid_share,
-            Self::DurationS => Some(facts.duration_s),
-            Self::LongestGapS => Some(facts.longest_gap_s),
-            Self::LostRanges => Some(facts.lost_ranges as f64),
-            Self::LostMessages => {
-                Some((facts.missing_messages? + facts.undecodable_messages) as f64)
-            }
-        }
     }
 }
 
@@ -498,6 +474,16 @@ mod tests {
         }
         let kind = Events::all_of(EventKind::TipOver);
         assert!(!kind.counts(&event(Some(1.0), 1.0, false)));
+    }
+
+    #[test]
+    fn a_name_that_is_not_known_is_refused_with_its_rule() {
+        for key in ["event", "quantity"] {
+            let text = format!("[[rule]]\n{key} = 'nothing'\nat_most = 0\n");
+            let error = format!("{:#}", Policy::from_text(&text, "a.toml").unwrap_err());
+            let place = format!("a.toml: rule 1: {key}: expected one of ");
+            assert!(error.starts_with(&place), "{error}");
+        }
     }
 
     #[test]

@@ -7,4 +7,4 @@ mod rules;
 use crate::events::LEAST_OF_A_FACT;
 
 pub use judge::{Judgement, RuleOutcome};
-pub use rules::{Policy, Quantity};
+pub use rules::Policy;

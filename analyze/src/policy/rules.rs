@@ -11,7 +11,7 @@
 //! subjects = ["fl", "fr"]      # only these wheels, edges or signals
 //! ignore_split_dependent = true
 //!
-//! [[rule]]                     # numbers of the whole log: see `Quantity`
+//! [[rule]]                     # numbers of the whole log: see `QUANTITIES`
 //! name = "every wheel keeps 10 % of its static load"
 //! quantity = "worst_margin"
 //! at_least = 0.1
@@ -28,9 +28,10 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 use tipwatch_binding::read_text;
 
+use super::facts::{QUANTITIES, Quantity};
 use crate::base::file_hash::FileHash;
 use crate::base::file_hash::hash_of;
 use crate::events::EventKind;
@@ -66,7 +67,7 @@ struct PolicySpec {
 struct RuleSpec {
     name: Option<String>,
     event: Option<String>,
-    quantity: Option<Quantity>,
+    quantity: Option<String>,
     at_most: Option<f64>,
     at_least: Option<f64>,
     min_certainty: Option<f64>,
@@ -83,33 +84,6 @@ pub(super) enum WhenUnknown {
     #[default]
     Fail,
     Pass,
-}
-
-/// A number that a rule may limit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, strum::Display)]
-#[serde(rename_all = "snake_case")]
-#[strum(serialize_all = "snake_case")]
-pub enum Quantity {
-    /// Smallest OTF of the valid rows as a share of the wheel's static load.
-    WorstMargin,
-    /// Smallest OTF of the valid rows minus two standard deviations, as a share of the wheel's static load.
-    WorstMarginLow,
-    /// Smallest OTF of the valid rows (N).
-    LeastOtfN,
-    /// Largest utilisation of the valid rows: U = 1 - (OTF - 2 sigma) / static load.
-    Utilisation,
-    /// Time with a margin below 1 - the notice level (s).
-    ExposedS,
-    /// Computable time as a share of the time that the log covers.
-    ValidShare,
-    /// Time from the first to the last row (s).
-    DurationS,
-    /// Longest gap in a signal (s).
-    LongestGapS,
-    /// Number of lost byte ranges.
-    LostRanges,
-    /// Number of missing or undecodable messages.
-    LostMessages,
 }
 
 /// A rule as checked.
@@ -228,7 +202,7 @@ impl RuleSpec {
                 bail!("{key}: expected a finite number, found {value:?}");
             }
         }
-        let check = match (&self.event, self.quantity) {
+        let check = match (&self.event, &self.quantity) {
             (Some(event), None) => self.check_events(event)?,
             (None, Some(quantity)) => self.check_number(quantity)?,
             (Some(_), Some(_)) => bail!("expected either event or quantity, found both"),
@@ -245,14 +219,11 @@ impl RuleSpec {
             ("at_least", self.at_least.is_some()),
             ("unknown", self.unknown.is_some()),
         ])?;
-        let mut kinds = EventKind::ALL.iter();
-        let Some(&kind) = kinds.find(|kind| kind.name() == event) else {
-            let names: Vec<_> = EventKind::ALL.iter().map(|kind| kind.name()).collect();
-            bail!(
-                "event: expected one of {}, found \"{event}\"",
-                names.join(", ")
-            );
-        };
+        let kind = named(
+            "event",
+            EventKind::ALL.map(|kind| (kind.name(), kind)),
+            event,
+        )?;
         let at_most = self.at_most.unwrap_or(0.0);
         if at_most < 0.0 || at_most.fract() != 0.0 {
             bail!("at_most: expected a number of events, found {at_most}");
@@ -275,7 +246,7 @@ impl RuleSpec {
         })
     }
 
-    fn check_number(&self, quantity: Quantity) -> Result<Check> {
+    fn check_number(&self, quantity: &str) -> Result<Check> {
         self.refuse(&[
             ("min_certainty", self.min_certainty.is_some()),
             ("min_duration_s", self.min_duration_s.is_some()),
@@ -285,6 +256,7 @@ impl RuleSpec {
                 self.ignore_split_dependent.is_some(),
             ),
         ])?;
+        let quantity = named("quantity", QUANTITIES.map(|of| (of.0, of)), quantity)?;
         match (self.at_least, self.at_most) {
             (None, None) => bail!("expected at_least or at_most, found neither"),
             (Some(least), Some(most)) if least > most => {
@@ -313,6 +285,14 @@ impl RuleSpec {
     }
 }
 
+/// The value of this name.
+fn named<T, const N: usize>(key: &str, all: [(&str, T); N], name: &str) -> Result<T> {
+    let names = all.each_ref().map(|(known, _)| *known).join(", ");
+    let found = all.into_iter().find(|(known, _)| *known == name);
+    let found = found.map(|(_, value)| value);
+    found.with_context(|| format!("{key}: expected one of {names}, found \"{name}\""))
+}
+
 impl Check {
     /// The rule as text, if the file gives it no name: a key, in English.
     fn description(&self) -> String {
@@ -322,7 +302,7 @@ impl Check {
                 format!("at most {at_most} times {}", which.kind.name())
             }
             Self::Number {
-                quantity,
+                quantity: (quantity, _),
                 at_least,
                 at_most,
                 ..

@@ -9,6 +9,8 @@ use crate::page::{number, with_unit};
 
 /// Ending of the names of orientation signals.
 const ATTITUDE: &str = ".attitude";
+/// Ending of the names of specific forces.
+const SPECIFIC_FORCE: &str = ".specific_force";
 /// Beginning of the names of joints.
 const JOINTS: &str = "joint_states.";
 
@@ -48,6 +50,12 @@ pub(super) fn evidence(event: &Event, fault: &InputFault) -> Vec<String> {
                 _ if event.subject.ends_with(ATTITUDE) => say!(
                     "The inclination jumps by {} {} and stays there, and the gyro did not turn: the attitude is wrong before or since \
                      then, or all that this sensor shows{looks}",
+                    number(event.worst),
+                    event.unit
+                ),
+                _ if event.subject.ends_with(SPECIFIC_FORCE) => say!(
+                    "The specific force steps by {} {} and stays there, and no velocity changes as that requires: the accelerometer is \
+                     wrong before or since then{looks}",
                     number(event.worst),
                     event.unit
                 ),

@@ -4,13 +4,26 @@ use tipwatch_language::say;
 
 use crate::analysis::Analysis;
 use crate::analysis::digest::OtfBand;
+use crate::events::EventKind;
 use crate::events::support_words::SupportWord;
 use crate::page::with_band;
 
-/// The wheels whose band reaches below a bound (N) by wheel in a valid row, the lowest first.
+/// The wheels whose band reaches below a bound (N) by wheel in a valid row, or while the machine tips and does not tip over, the
+/// lowest first.
 pub(super) fn wheels(analysis: &Analysis, bound_n: impl Fn(usize) -> f64) -> Vec<(usize, OtfBand)> {
+    // the loads of a machine that falls over tell nothing of the wheels that it falls over
+    let is_in_fall = |band: &OtfBand| {
+        let time_ns = analysis.rows.times_ns[band.row];
+        let mut falls = analysis.events.iter();
+        falls.any(|it| it.kind == EventKind::TipOver && it.is_fact() && it.overlaps([time_ns; 2]))
+    };
     let wheels = analysis.digest.wheels.iter().enumerate();
-    let bands = wheels.filter_map(|(wheel, found)| Some((wheel, found.least_in_band?)));
+    let bands = wheels.filter_map(|(wheel, found)| {
+        let tipping = found.least_while_tipping.filter(|band| !is_in_fall(band));
+        let bands = [found.least_in_band, tipping].into_iter().flatten();
+        let lowest = bands.min_by(|a, b| a.least_n().total_cmp(&b.least_n()))?;
+        Some((wheel, lowest))
+    });
     let mut found: Vec<(usize, OtfBand)> = bands
         .filter(|(wheel, band)| band.least_n() < bound_n(*wheel))
         .collect();

@@ -18,6 +18,8 @@ use crate::page::{number, table_of};
 const LARGEST_DISC: f64 = 0.24;
 /// Width of a drawn tyre as a share of its diameter.
 const TYRE_WIDTH: f64 = 0.35;
+/// A label that is moved farther up or down than this, in the picture's own units, has a line to its wheel.
+const FAR: f64 = 12.0;
 /// Least half of a cross, in the picture's own units: a foot has no radius.
 const LEAST_CROSS: f64 = 7.0;
 
@@ -299,6 +301,11 @@ impl View<'_> {
             };
             let label: [&str; 2] = [&facts.name, &load];
             let up = drawing.room(*at, beside, label, &arm, &mut placed);
+            // far from its wheel it would be read as that of another one
+            if up.abs() > FAR {
+                let end = [at[0] + drawing.metres(beside), at[1] + drawing.metres(up)];
+                drawing.line("guide", *at, end);
+            }
             drawing.label(*at, [beside, up], anchor, label);
         }
         let standing: Vec<Point> = self.standing(&contacts).copied().collect();

@@ -3,6 +3,12 @@
   if (!document.getElementById('moments') || !window.DecompressionStream) { return; }
   const moments = await window.unpacked('moments').json();
   if (moments.instants.length === 0) { return; }
+  // The numbers of wheels and arm stand one after the other, of all instants.
+  moments.instants.forEach(function (instant, i) {
+    const numbers = function (columns) { return columns.map(function (column) { return column[i]; }); };
+    instant.wheels = moments.wheels_at.map(numbers);
+    instant.arm = moments.arm_at.map(numbers);
+  });
   const NAMESPACE = 'http://www.w3.org/2000/svg';
   const TRACE_S = 2;
   const DISC_SHARE = 0.24;

@@ -32,6 +32,11 @@ pub(super) struct Moments {
     texts: Texts,
     wheels: Vec<WheelFacts>,
     instants: Vec<Instant>,
+    /// Of each wheel, and of each segment of the arm, its numbers at all instants, one after the other: numbers of a kind pack together.
+    #[serde(rename = "wheels_at")]
+    wheel_columns: Vec<ColumnsOfSix>,
+    #[serde(rename = "arm_at")]
+    arm_columns: Vec<ColumnsOfSix>,
     /// The instants of the slider's marks in order of time, with their labels.
     events: Vec<Mark>,
     /// The events that get a picture, as indices into `events`.
@@ -39,6 +44,12 @@ pub(super) struct Moments {
     /// The instant shown first: that of the most important event.
     first: usize,
 }
+
+/// Six numbers of one thing at all instants.
+type ColumnsOfSix = [Vec<Option<f64>>; 6];
+
+/// Decimals of a length in a picture, as a factor: centimetres, of which a picture shows less than a column.
+const LENGTHS: f64 = 1e2;
 
 /// Texts of the drawing, with their values as names in braces.
 #[derive(Debug, Serialize)]
@@ -101,6 +112,7 @@ impl Instants {
 struct Instant {
     t: f64,
     /// By wheel: x, y, load (N), its standard deviation (N), least and largest load under any split (N).
+    #[serde(skip)]
     wheels: Vec<[Option<f64>; 6]>,
     /// The wheels that are off the ground by the events, as indices.
     off: Vec<usize>,
@@ -117,6 +129,7 @@ struct Instant {
     /// Axles that swing about a pivot: x, y of either end.
     axles: Vec<[[Option<f64>; 2]; 2]>,
     /// By segment: x, y, height at either end.
+    #[serde(skip)]
     arm: Vec<[Option<f64>; 6]>,
     /// Reasons why the row is invalid; empty if it is valid.
     reasons: String,
@@ -201,7 +214,10 @@ impl Moments {
             }
         }
         pictures.sort_unstable();
+        let instants = instants(analysis, spread, &shown);
         Self {
+            wheel_columns: columns(instants.iter().map(|instant| &instant.wheels)),
+            arm_columns: columns(instants.iter().map(|instant| &instant.arm)),
             word: scene.word.one,
             texts: Texts {
                 head: [
@@ -223,9 +239,23 @@ impl Moments {
                 .map_or(0, |row| shown.partition_point(|&other| other < row)),
             pictures,
             events: events.collect(),
-            instants: instants(analysis, spread, &shown),
+            instants,
         }
     }
+}
+
+/// The numbers of each of some things at all instants, one number after the other.
+fn columns<'a>(
+    instants: impl Iterator<Item = &'a Vec<[Option<f64>; 6]>> + Clone,
+) -> Vec<ColumnsOfSix> {
+    let count = instants.clone().next().map_or(0, Vec::len);
+    let column = |place: usize, number: usize| -> Vec<Option<f64>> {
+        let numbers = instants.clone().map(|things| things.get(place)?[number]);
+        numbers.collect()
+    };
+    (0..count)
+        .map(|place| std::array::from_fn(|number| column(place, number)))
+        .collect()
 }
 
 /// Returns the time at which an event is shown (ns): a lift and a tipping at their onset, for a fall follows; a light wheel at
@@ -275,7 +305,7 @@ fn instants(analysis: &Analysis, spread: &Instants, shown: &[usize]) -> Vec<Inst
         };
         let place = |point: &Vector3<f64>| {
             let at = placement.on_plane(point);
-            [known(at.x, 1e3), known(at.y, 1e3)]
+            [known(at.x, LENGTHS), known(at.y, LENGTHS)]
         };
         let wheel = |(index, contact): (usize, &Vector3<f64>)| {
             let [x, y] = place(contact);
@@ -297,12 +327,12 @@ fn instants(analysis: &Analysis, spread: &Instants, shown: &[usize]) -> Vec<Inst
         let ground = ground.sum::<f64>() / placement.contacts.len() as f64;
         let in_space = |point: &Vector3<f64>| {
             let [x, y] = place(point);
-            [x, y, known(placement.normal.dot(point) - ground, 1e3)]
+            [x, y, known(placement.normal.dot(point) - ground, LENGTHS)]
         };
         let (gravity, tilt) = gravity(&placement, &state.base.up);
         let area = Area::of(table, row, &state);
         let off = machine_view::off_ground(analysis, row);
-        let corner = |at: &Vector2<f64>| [known(at.x, 1e3), known(at.y, 1e3)];
+        let corner = |at: &Vector2<f64>| [known(at.x, LENGTHS), known(at.y, LENGTHS)];
         instants.push(Instant {
             t: known(table.seconds(row), 1e3).unwrap_or_default(),
             wheels: placement.contacts.iter().enumerate().map(wheel).collect(),
@@ -310,8 +340,8 @@ fn instants(analysis: &Analysis, spread: &Instants, shown: &[usize]) -> Vec<Inst
                 .filter_map(|(wheel, is_off)| is_off.then_some(wheel))
                 .collect(),
             zmp: [
-                known(value(Quantity::ZmpX), 1e3),
-                known(value(Quantity::ZmpY), 1e3),
+                known(value(Quantity::ZmpX), LENGTHS),
+                known(value(Quantity::ZmpY), LENGTHS),
             ],
             com: in_space(&placement.centre_of_mass),
             gravity,
@@ -351,4 +381,24 @@ fn reasons(analysis: &Analysis, row: usize) -> String {
 /// A value rounded to 1 / `per_unit`; `None` if it is not finite.
 fn known(value: f64, per_unit: f64) -> Option<f64> {
     Some((value * per_unit).round() / per_unit).filter(|v| v.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_a_kind_stand_together() {
+        let at = |time: f64| -> Vec<[Option<f64>; 6]> {
+            let thing = |place: f64| {
+                std::array::from_fn(|number| Some(100.0 * place + 10.0 * number as f64 + time))
+            };
+            vec![thing(0.0), thing(1.0)]
+        };
+        let instants = [at(1.0), at(2.0), at(3.0)];
+        let columns = columns(instants.iter());
+        assert_eq!(columns.len(), 2);
+        assert_eq!(columns[1][4], [141.0, 142.0, 143.0].map(Some));
+        assert!(super::columns([].into_iter()).is_empty());
+    }
 }

@@ -128,10 +128,7 @@ mod tests {
 
     #[test]
     fn no_parameter_has_the_name_of_a_table_in_a_sentence() {
-        let text = include_str!("../../../mechanics/tests/data/rigid.toml");
-        let spec = tipwatch_mechanics::MachineSpec::from_toml(text, "rigid.toml").unwrap();
-        let urdf = include_str!("../../../mechanics/tests/data/rigid.urdf");
-        let machine = spec.check(urdf, "rigid.urdf", Default::default()).unwrap();
+        let machine = crate::base::rigid::rigid();
         for parameter in Parameter::all(&machine) {
             let words = in_words(parameter, &machine);
             assert_ne!(words, parameter.name(&machine));

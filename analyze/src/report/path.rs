@@ -124,7 +124,7 @@ fn class(used: f64) -> &'static str {
 }
 
 /// x' = R(psi) v, psi' = w . up: position and heading of the base from its velocity and yaw rate, row by row.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct PathPass {
     /// Whether the IMU is on the base.
     is_possible: bool,
@@ -146,16 +146,8 @@ impl PathPass {
     pub(super) fn new(machine: &Machine) -> Self {
         Self {
             is_possible: machine.imu().body == 0,
-            is_over: false,
-            at: [0.0, 0.0],
-            heading: 0.0,
-            before: None,
-            start: [0.0, 0.0],
-            farthest_m: 0.0,
-            length_m: 0.0,
-            last: None,
-            pieces: Vec::new(),
             step: 1,
+            ..Self::default()
         }
     }
 
@@ -172,10 +164,7 @@ impl PathPass {
         let mut state = State::zero(machine);
         for row in 0..rows.len() {
             rows.states.get(row, &mut state);
-            let up = match state.base.up.iter().all(|part| part.is_finite()) {
-                true => state.base.up,
-                false => nalgebra::Vector3::z(),
-            };
+            let up = (state.base.known_up()).unwrap_or_else(nalgebra::Vector3::z);
             let yaw_rate = (base_from_imu * state.imu.angular_velocity).dot(&up);
             let velocity = [state.base.velocity.x, state.base.velocity.y];
             let is_known = velocity.iter().all(|v| v.is_finite()) && yaw_rate.is_finite();

@@ -1,7 +1,5 @@
 //! The record of a finished log: one small document.
 
-use std::path::Path;
-
 use serde::{Deserialize, Serialize};
 use tipwatch_binding::sha256;
 
@@ -192,12 +190,6 @@ impl Record {
             Outcome::Analysed { facts, events, .. } => Some((facts, events)),
             Outcome::Failed { .. } => None,
         }
-    }
-
-    /// Name of the log's file or folder.
-    pub(super) fn name(&self) -> String {
-        let name = Path::new(&self.path).file_name();
-        name.map_or(self.path.clone(), |name| name.to_string_lossy().into())
     }
 
     /// The day of its first row (UTC); `None` if no clock tells the date.

@@ -101,8 +101,6 @@ fn write_line(output: &mut impl Write, value: &impl Serialize) -> Result<()> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
     use std::collections::BTreeMap;
     use std::path::Path;
 

@@ -292,6 +292,8 @@ macro_rules! record {
         }
 
         impl $name {
+            /// Makes it: each column has the value that is declared beside it.
+            #[must_use]
             $visible fn of $arguments -> Self {
                 $($statements)*
                 Self { $($field: $value,)+ }

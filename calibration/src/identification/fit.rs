@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
+use serde::Serialize;
 use tipwatch_mechanics::machine::{Machine, SupportId};
 
 use crate::identification::data::{Data, Instant};
@@ -42,16 +43,26 @@ struct Whitened {
     derivatives: DMatrix<f64>,
 }
 
-/// Use of a source in the fit: its instants, their correlation and the scale of its residuals.
-#[derive(Debug, Clone)]
-pub(crate) struct SourceWeight {
-    pub(crate) instants: usize,
-    pub(crate) left_out: usize,
-    pub(crate) outliers: usize,
+/// Use of a log or a weighing in the identification.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SourceUse {
+    /// Its name.
+    pub name: String,
+    /// Instants that were fitted.
+    pub instants: usize,
+    /// Instants that could not be used: a lifted wheel, or a number that cannot be computed.
+    pub left_out: usize,
+    /// Instants without weight, because they are far off the others.
+    pub outliers: usize,
+    /// Equivalent number of independent instants.
+    #[serde(rename = "independent_instants")]
+    pub effective: f64,
     /// Instants after which residuals count as independent.
-    pub(crate) correlated: f64,
-    /// Residuals are this many times as large as stated, at least one.
-    pub(crate) scale: f64,
+    #[serde(skip)]
+    correlated: f64,
+    /// Residuals are this many times as large as stated, at least one; they have that much less weight.
+    #[serde(rename = "residuals_over_stated")]
+    pub scale: f64,
 }
 
 /// The result of a fit.
@@ -61,7 +72,7 @@ pub(crate) struct Fit {
     pub(crate) unknowns: DVector<f64>,
     /// Inverse covariance of the unknowns and then of the channels' constant errors.
     pub(crate) precision: DMatrix<f64>,
-    pub(crate) sources: Vec<SourceWeight>,
+    pub(crate) sources: Vec<SourceUse>,
 }
 
 /// A problem that is being solved.
@@ -138,13 +149,15 @@ impl Problem<'_> {
         let mut at = DVector::zeros(self.size);
         let unknowns = self.prior.unknowns.len();
         at.rows_mut(0, unknowns).copy_from(&self.prior.mean);
-        let mut sources: Vec<SourceWeight> = (data.sources.iter().enumerate())
+        let mut sources: Vec<SourceUse> = (data.sources.iter().enumerate())
             .map(|(source, of)| {
                 let used = self.rows.iter().filter(|row| row.source == source).count();
-                SourceWeight {
+                SourceUse {
+                    name: of.name.clone(),
                     instants: used,
                     left_out: of.instants.len() - used,
                     outliers: 0,
+                    effective: used as f64,
                     correlated: 1.0,
                     scale: 1.0,
                 }
@@ -287,7 +300,7 @@ impl Problem<'_> {
     }
 
     /// Weight of every row: of its source, and by how far it is out of the others. All weighings are judged together.
-    fn weights(&self, whitened: &[Whitened], sources: &mut [SourceWeight]) -> Vec<f64> {
+    fn weights(&self, whitened: &[Whitened], sources: &mut [SourceUse]) -> Vec<f64> {
         let size = |w: &Whitened| (w.residual.norm_squared() / w.residual.len() as f64).sqrt();
         let sizes: Vec<f64> = whitened.iter().map(size).collect();
         let usual = |is_of: &dyn Fn(usize) -> bool| {
@@ -326,7 +339,7 @@ impl Problem<'_> {
     }
 
     /// Learns from the residuals how large they are and how many instants are independent.
-    fn learn_correlation(&self, data: &Data, whitened: &[Whitened], sources: &mut [SourceWeight]) {
+    fn learn_correlation(&self, data: &Data, whitened: &[Whitened], sources: &mut [SourceUse]) {
         for (index, source) in sources.iter_mut().enumerate() {
             if !data.sources[index].is_log {
                 continue;
@@ -349,6 +362,7 @@ impl Problem<'_> {
                 correlated = correlated.max(correlated_samples(&series));
             }
             source.correlated = correlated.max(1.0);
+            source.effective = source.instants as f64 / source.correlated;
             let squares = rows.iter().map(|&row| {
                 let residual = &whitened[row].residual;
                 residual.norm_squared() / residual.len() as f64

@@ -6,7 +6,7 @@ use tipwatch_mechanics::machine::{Identified, Machine};
 use crate::identification::bands::BandCheck;
 use crate::identification::data::Data;
 use crate::identification::directions::{Combination, named};
-use crate::identification::fit::fit;
+use crate::identification::fit::{SourceUse, fit};
 use crate::identification::held_back::split;
 use crate::identification::model::Changed;
 use crate::identification::posterior::Posterior;
@@ -72,25 +72,6 @@ pub enum Knowledge {
     /// Nothing: its standard deviation is that of the prior.
     #[serde(rename = "no")]
     Undetermined,
-}
-
-/// Use of a log or a weighing in the identification.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct SourceUse {
-    /// Its name.
-    pub name: String,
-    /// Instants that were fitted.
-    pub instants: usize,
-    /// Instants that could not be used: a lifted wheel, or a number that cannot be computed.
-    pub left_out: usize,
-    /// Instants without weight, because they are far off the others.
-    pub outliers: usize,
-    /// Equivalent number of independent instants.
-    #[serde(rename = "independent_instants")]
-    pub effective: f64,
-    /// Residuals are this many times as large as stated; they have that much less weight.
-    #[serde(rename = "residuals_over_stated")]
-    pub scale: f64,
 }
 
 /// Errors of the readings of a channel: measured minus computed.
@@ -189,21 +170,12 @@ pub fn identify(
     let before = Changed::new(machine, &sets, &prior.unknowns, &prior.changes(&prior.mean));
     let after = Changed::new(machine, &sets, &prior.unknowns, &identified.change);
     let names = named(&posterior);
-    let sources = fitted.sources.iter().zip(&found.sources);
-    let sources = sources.map(|(source, used)| SourceUse {
-        name: source.name.clone(),
-        instants: used.instants,
-        left_out: used.left_out,
-        outliers: used.outliers,
-        effective: used.instants as f64 / used.correlated,
-        scale: used.scale,
-    });
     Ok(Identification {
         estimates: estimates(machine, &prior, &identified),
         determined: names.determined,
         undetermined: names.undetermined,
         indistinguishable: names.indistinguishable,
-        sources: sources.collect(),
+        sources: found.sources,
         fitted: errors(&fitted, &before, &after).0,
         held_back: held_back(&held, &before, &after),
         bands,

@@ -26,9 +26,9 @@ mod redundancy;
 pub use bands::BandCheck;
 pub use data::{Channel, Data, Instant, Measured, Reading, Situation, Source};
 pub use directions::{Combination, Term};
+pub use fit::SourceUse;
 pub use identify::{
-    ChannelError, Estimate, HeldBack, Identification, Knowledge, NothingToIdentify, SourceUse,
-    identify,
+    ChannelError, Estimate, HeldBack, Identification, Knowledge, NothingToIdentify, identify,
 };
 pub use model::{predict, predicted};
 pub use redundancy::{Agreement, Disagreement, agreement, calculated_sums};

@@ -65,7 +65,8 @@ fn request_in(log: &Log, field: &FieldSpec, list: &str) -> Result<SensorRequest,
 }
 
 /// The signals from which the state is not estimated, as far as their topic is in the log: the switches of supports, the load
-/// sensors, the rates that a controller asks of joints, the masses of payloads. Whoever uses them says which are missing.
+/// sensors, the rates that a controller asks of joints, the masses of payloads, the forces of the arm. Whoever uses them says which are
+/// missing.
 pub(crate) fn beside(log: &Log, machine: &Machine) -> Vec<BoundSensor> {
     let bound = |kind, index, field: &FieldSpec, list: &str, why: String| {
         let request = request_in(log, field, list).ok()?;
@@ -116,8 +117,17 @@ pub(crate) fn beside(log: &Log, machine: &Machine) -> Vec<BoundSensor> {
             let why = word!("tells the mass of a payload, named by the machine file").into();
             bound(NumberKind::Payload, index, &payload.field, "effort", why)
         });
+    let forces = machine
+        .force_signals()
+        .iter()
+        .enumerate()
+        .map(|(index, force)| {
+            let name = &machine.linkages()[force.linkage].name;
+            let why = say!("force of linkage {name}, named by the machine file");
+            bound(NumberKind::Force, index, &force.field, "effort", why)
+        });
     let all = switches.chain(loads).chain(commands).chain(payloads);
-    all.flatten().collect()
+    all.chain(forces).flatten().collect()
 }
 
 /// Kinds of sensors that the machine file binds number by number.

@@ -11,7 +11,7 @@ use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::mem::ManuallyDrop;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
 use std::time::Duration;
 
 use tipwatch_live::node::ServiceAddress;
@@ -79,6 +79,21 @@ fn numbers() -> MutexGuard<'static, Numbers> {
     NUMBERS.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// Tries to lock [`NUMBERS`] before they count as held for good.
+const TRIES: usize = 1000;
+
+/// Returns the numbers, unless another thread holds them: for a moment, or, in the child of a fork, for good.
+fn numbers_if_free() -> Option<MutexGuard<'static, Numbers>> {
+    (0..TRIES).find_map(|_| match NUMBERS.try_lock() {
+        Ok(numbers) => Some(numbers),
+        Err(TryLockError::Poisoned(numbers)) => Some(numbers.into_inner()),
+        Err(TryLockError::WouldBlock) => {
+            std::thread::yield_now();
+            None
+        }
+    })
+}
+
 /// The address of a client of this thread that is open from now on.
 fn opened(opened: Opened) -> *mut Handle {
     let number = {
@@ -105,7 +120,7 @@ fn own(clients: &mut Clients, number: usize) -> Result<&mut Opened, Failure> {
 fn no_client(number: usize) -> Failure {
     let kind = match number {
         0 => Kind::Argument,
-        _ if numbers().open.contains(&number) => Kind::Thread,
+        _ if numbers_if_free().is_none_or(|numbers| numbers.open.contains(&number)) => Kind::Thread,
         _ => Kind::Closed,
     };
     Failure::new(kind, "")

@@ -7,7 +7,8 @@
 //! but letters, digits and `_.-` stands as `%` and two hexadecimal digits.
 //!
 //! BY is 0 of a joint that stopped to be measured; MOVED is its velocity then (rad/s or m/s). MOVED is `inf` where the lean of the platform
-//! has contradicted that the joint stood still: that doubt stands beside another one of the same joint.
+//! has contradicted that the joint stood still: that doubt stands beside another one of the same joint. So does, of the specific force,
+//! that it stepped (MOVED is what of a step does no harm) beside that its mean length is impossible (MOVED is 0).
 
 use std::fmt::{self, Write};
 use std::str::FromStr;
@@ -114,10 +115,18 @@ pub struct DoubtedSignal {
 }
 
 impl DoubtedSignal {
-    /// Whether both are the same doubt of a signal: that it is off, that it stopped, or that its standstill was contradicted.
+    /// Whether both are the same doubt of a signal: that it is off, that it stopped, that its standstill was contradicted, or that the
+    /// mean length of the specific force is impossible.
     #[must_use]
     pub fn is_alike(&self, other: &Self) -> bool {
-        let kind = |it: &Self| (it.by == 0.0, it.moved.is_infinite());
+        let kind = |it: &Self| {
+            let (is_of_length, has_stopped) = (it.moved == 0.0, it.by == 0.0);
+            (
+                has_stopped,
+                it.moved.is_infinite(),
+                is_of_length && !has_stopped,
+            )
+        };
         self.name == other.name && kind(self) == kind(other)
     }
 
@@ -316,6 +325,17 @@ mod tests {
         assert_eq!(all.to_string(), kept);
         let moved: Vec<f64> = all.iter().map(|it| it.moved).collect();
         assert_eq!(moved, [-0.3, f64::INFINITY]);
+    }
+
+    #[test]
+    fn a_step_of_the_specific_force_is_another_doubt_than_its_length() {
+        let kept = "imu.specific_force=3~1@2026-11-27T10:00:00Z,imu.specific_force=1.5~0@2026-11-27T10:00:00Z";
+        let all: DoubtedSignals = kept.parse().unwrap();
+        let [step, length] = all.iter().collect::<Vec<_>>()[..] else {
+            panic!("two doubts")
+        };
+        assert!(!step.is_alike(length));
+        assert!(step.is_alike(&DoubtedSignal { by: 4.0, ..*step }));
     }
 
     #[test]

@@ -125,9 +125,17 @@ impl AlarmStore {
         exchange.save(&mut |_, had_failed| write(&file, &kept, had_failed));
         if !exchange.has_failed() {
             let is_over = |it: &&Predecessor| !keeps_its_own.contains(&it.file.identity_checksum);
+            let identity_of = |of: &Predecessor| {
+                let mut known = before.iter();
+                known.find(|it| checksum_of(it) == of.file.identity_checksum)
+            };
             for before in predecessors.iter().filter(is_over) {
-                // if this fails it is taken over once more
-                let _ = before.file.write(&Kept::default());
+                // a monitor of its own that has begun meanwhile writes it
+                let own = identity_of(before).map(|identity| IdentityLock::take(folder, identity));
+                if !matches!(own, Some(Err(_))) {
+                    // if this fails it is taken over once more
+                    let _ = before.file.write(&Kept::default());
+                }
             }
         }
         let thread = {

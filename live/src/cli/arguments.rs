@@ -118,10 +118,6 @@ impl LoopArgs {
 }
 
 /// The domain of DDS: as given, else `ROS_DOMAIN_ID`, else 0.
-#[allow(
-    clippy::option_option,
-    reason = "the option may stand without its value"
-)]
 pub(super) fn domain(given: Option<Option<u16>>) -> Result<Option<u16>> {
     let domain = match given {
         None => return Ok(None),

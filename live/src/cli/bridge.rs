@@ -29,10 +29,6 @@ pub(super) struct BridgeArgs {
     service: ServiceArgs,
     /// Read topics of ROS 2 from this DDS domain (default: $ROS_DOMAIN_ID, else 0), and publish /diagnostics and /tipwatch/verdict there.
     #[arg(long, value_name = "DOMAIN", num_args = 0..=1)]
-    #[allow(
-        clippy::option_option,
-        reason = "the option may stand without its value"
-    )]
     dds: Option<Option<u16>>,
     /// Address of this computer on the network that DDS uses; may be given several times. Default: all networks.
     #[arg(long, value_name = "IP")]

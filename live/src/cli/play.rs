@@ -17,10 +17,6 @@ pub(super) struct PlayArgs {
     log: PathBuf,
     /// Publish its topics in this DDS domain (default: $ROS_DOMAIN_ID, else 0); without it the frames of a CAN log go to standard output as candump text.
     #[arg(long, value_name = "DOMAIN", num_args = 0..=1)]
-    #[allow(
-        clippy::option_option,
-        reason = "the option may stand without its value"
-    )]
     dds: Option<Option<u16>>,
     /// Address of this computer on the network that DDS uses; may be given several times. Default: all networks.
     #[arg(long, value_name = "IP")]

@@ -144,13 +144,10 @@ impl<'a> ControlProgram<'a> {
             follower.look_for_session(host)?;
         }
         // of all verdicts that wait the last one counts
-        let mut take = |verdict: &WireVerdict| {
-            follower
-                .active
-                .iter_mut()
-                .for_each(|control| control.verdict(verdict));
-        };
-        while self.verdicts.receive(&mut take)?.is_some() {}
+        self.verdicts.receive_all(|verdict| {
+            let controls = follower.active.iter_mut();
+            controls.for_each(|control| control.verdict(verdict));
+        })?;
         if follower.take_samples(host)? == Progress::Ended {
             follower.active.iter_mut().for_each(Control::end);
         } else if follower.has_lost_producer() {

@@ -44,7 +44,10 @@ impl SensorWatch {
     pub(super) fn new(sensor: Sensor, sensors: &Sensors, max_gap_ns: i64) -> Self {
         // without these the estimate goes on
         let is_auxiliary = sensor == Sensor::Odometry && sensors.imu
-            || matches!(sensor, Sensor::Number(NumberKind::Load, _));
+            || matches!(
+                sensor,
+                Sensor::Number(NumberKind::Load | NumberKind::Force, _)
+            );
         Self {
             sensor,
             value_count: sensors.value_count(sensor).unwrap_or(0),

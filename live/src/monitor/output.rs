@@ -21,10 +21,12 @@
 //! | `doubted_loads` | the measured loads that contradict the computed ones for two seconds: the load sensor that is furthest off, and `total` |
 //! | `load_explanations` | what would explain the total: `unstated_load`, `load_on_tool`, `support_sensor`, `exchanged_sensors` |
 //! | `exchanged_sensors` | the wheels whose sensors would explain it if they were exchanged |
+//! | `doubted_forces` | the linkages whose measured force contradicts what masses and motion require for two seconds |
+//! | `frozen_forces` | the linkages whose measured force repeats one value although the required one changes |
 //! | `unstated_mass_kg`, `unstated_mass_sigma_kg` | the load that would explain it, negative for less than what is stated; null if none would |
 //! | `payload_mass_kg`, `payload_mass_sigma_kg` | mass of the payloads that a signal states or that is estimated row by row, and its standard deviation; null while unknown, and without such payloads |
 //! | `standing` | the wheels that are on the ground as supports, of a machine whose supports come and go those of now; null while unknown |
-//! | `ground_gap`, `ground_gap_wheel` | why that is unknown (`transition`, `impossible`, `signal_missing`, `carries_though_off`), and of which wheel; else null |
+//! | `ground_gap`, `ground_gap_wheel` | why that is unknown (`transition`, `impossible`, `signal_missing`, `carries_though_off`), and of which wheel, or why the utilisation on it is (`no_reference_loads`); else null |
 //! | `load_n` | load by wheel, names in lower case; null for one that is off the ground |
 //! | `otf_n` | overturning force (OTF): load with every wheel held to the ground, by wheel |
 //! | `load_sigma_n` | standard deviation of the load, by wheel |
@@ -203,6 +205,10 @@ impl<W: Write> Printer<W> {
         if verdict.load_doubt != 0 {
             write!(self.out, "  {}", self.names.load_doubt_text(verdict))?;
         }
+        let forces = self.names.force_doubt_text(verdict);
+        if !forces.is_empty() {
+            write!(self.out, "  {forces}")?;
+        }
         for fault in held.faults.iter() {
             write!(self.out, "  fault: {}", fault.name())?;
         }
@@ -249,6 +255,8 @@ impl Serialize for Line<'_> {
         map.serialize_entry("doubted_loads", &self.names.doubted_loads(verdict))?;
         map.serialize_entry("load_explanations", &self.names.load_explanations(verdict))?;
         map.serialize_entry("exchanged_sensors", &self.names.exchanged_sensors(verdict))?;
+        map.serialize_entry("doubted_forces", &self.names.doubted_forces(verdict))?;
+        map.serialize_entry("frozen_forces", &self.names.frozen_forces(verdict))?;
         map.serialize_entry("unstated_mass_kg", &verdict.unstated_mass_kg)?;
         map.serialize_entry("unstated_mass_sigma_kg", &verdict.unstated_mass_sigma_kg)?;
         map.serialize_entry("payload_mass_kg", &verdict.payload_mass_kg)?;

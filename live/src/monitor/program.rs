@@ -277,7 +277,7 @@ impl Cycle<'_, '_> {
         }
         self.outputs.machines.send(&mut message)?;
         let now_ns = self.outputs.verdicts.now_ns();
-        let needed = machine.needed_proofs(&sensors);
+        let needed = machine.needed_proofs(&sensors).on(None);
         let contradicted = self.kept.contradicted.map(|time| {
             let stands = overrules(commissioning, time, needed, &machine).err();
             (time, stands)

@@ -4,11 +4,14 @@ use tipwatch_mechanics::Machine;
 use tipwatch_mechanics::estimation::plausibility::{
     Excitation, Inherited, KnownPosition, SignalDoubt,
 };
+use tipwatch_mechanics::estimation::support_configuration::GroundGap;
 use tipwatch_mechanics::geometry::coordinate::Motion;
-use tipwatch_mechanics::machine::{Commissioned, Proof, Proofs, SessionProofs, SupportId};
+use tipwatch_mechanics::machine::{Commissioned, Proof, Proofs, SessionProofs};
 use tipwatch_mechanics::prediction::PacedPredictor;
 use tipwatch_mechanics::state::Sensors;
+use tipwatch_mechanics::studies::measured_forces::ForceWatch;
 use tipwatch_mechanics::studies::measured_loads::LoadWatch;
+use tipwatch_mechanics::studies::needed_proofs::NeededProofs;
 use tipwatch_mechanics::verdict::{Conditions, InputFault, Judge, Latch, RowFacts, Verdict};
 
 use super::ground::Ground;
@@ -18,7 +21,7 @@ use crate::wire::sample::SampleCounts;
 use crate::wire::session::{Progress, Session};
 use crate::wire::topics::{ALARM_BEGINS, EVENT_BETWEEN, WireSample, WireVerdict};
 
-/// Follows one session. Nothing allocates but a change to other supports, and the comparison of measured loads.
+/// Follows one session. Nothing allocates but a change to other supports, and the comparison of measured loads and forces.
 #[derive(Debug)]
 pub struct Monitor {
     session: u64,
@@ -28,14 +31,14 @@ pub struct Monitor {
     ground: Ground,
     /// `None` for a machine whose loads are not measured.
     loads: Option<LoadWatch>,
+    /// `None` for a machine without measured forces of the arm by which nothing is computed.
+    forces: Option<ForceWatch>,
     judge: Judge,
     predictor: PacedPredictor,
     /// Excitation by the motion of the session: the sensor errors that it would have shown.
     excitation: Excitation,
-    /// Supports whose loads are measured: on these alone, the loads need nothing of the ground.
-    measured_supports: Vec<SupportId>,
     /// Proofs that the loads depend on, and those that a commissioning has given.
-    needed: Proofs,
+    needed: NeededProofs,
     commissioned: Commissioned,
     /// The joints and the specific force that this session measures.
     measured: Proofs,
@@ -77,12 +80,12 @@ impl Monitor {
         message.untimed = u32::from(!input.guard.is_timed());
         Self {
             needed: machine.needed_proofs(sensors),
-            measured_supports: machine.measured_supports(sensors),
             commissioned: Commissioned::NONE,
             session: session.id,
             is_replay: session.total_samples != 0,
             ground: Ground::new(&machine, &mut message),
             loads: LoadWatch::new(&machine),
+            forces: ForceWatch::new(&machine),
             judge: Judge::new(machine.limits()),
             predictor: PacedPredictor::new(&machine),
             excitation: Excitation::new(&machine),
@@ -243,6 +246,10 @@ impl Monitor {
             loads.row(&self.machine, self.input.estimate_mut());
             self.message.set_load_doubt(loads.doubt());
         }
+        if let Some(forces) = &mut self.forces {
+            forces.row(&self.machine, self.input.estimate_mut());
+            self.message.set_force_doubt(forces.doubt());
+        }
         let estimate = self.input.estimate();
         let time_ns = estimate.time_ns;
         let unproven = self.unproven(estimate.shown, &estimate.state.joints);
@@ -259,6 +266,7 @@ impl Monitor {
             utilisation,
             is_wheel_unloaded: outcome.is_some_and(|of| of.otf.iter().any(|otf| *otf <= 0.0)),
             rotates: estimate.rotates,
+            takes_support: stands_on == Some(Err(GroundGap::Taken)),
             unproven,
             conditions: row.conditions,
             is_acknowledged,
@@ -296,11 +304,7 @@ impl Monitor {
     /// it is not known which of them was proven.
     fn unproven(&self, shown: SessionProofs, joints: &[Motion<f64>]) -> Proofs {
         let shared = of_shared_places(self.machine.joints().len());
-        let mut needed = self.needed;
-        let on = self.ground.stands_on();
-        if on.is_some_and(|on| on.iter().all(|id| self.measured_supports.contains(id))) {
-            needed.remove(Proof::Ground);
-        }
+        let needed = self.needed.on(self.ground.stands_on());
         let unproven = shown.unproven(needed, self.commissioned.at(joints));
         unproven.with(needed.shared_with(shared))
     }

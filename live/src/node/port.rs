@@ -172,6 +172,15 @@ impl<T: Topic> Receiver<T> {
         Ok(received.map(|message| take(message.payload())))
     }
 
+    /// Passes all messages that wait to `take`.
+    ///
+    /// # Errors
+    /// The shared memory fails.
+    pub fn receive_all(&self, mut take: impl FnMut(&T)) -> Result<()> {
+        while self.receive(&mut take)?.is_some() {}
+        Ok(())
+    }
+
     /// Connects to new writers.
     ///
     /// # Errors

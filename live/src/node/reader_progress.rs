@@ -36,21 +36,15 @@ impl ReaderProgress {
     /// The shared memory fails.
     pub fn update(&mut self, sent: u64) -> Result<()> {
         let (next, session) = (&mut self.next, self.session);
-        while self
-            .reports
-            .receive(|report| {
-                if report.source == session {
-                    let reader =
-                        u128::from(report.reader_high) << 64 | u128::from(report.reader_low);
-                    let wanted = next.entry(reader).or_insert(sent);
-                    if report.next != NOTHING_YET {
-                        *wanted = (*wanted).max(report.next);
-                    }
+        self.reports.receive_all(|report| {
+            if report.source == session {
+                let reader = u128::from(report.reader_high) << 64 | u128::from(report.reader_low);
+                let wanted = next.entry(reader).or_insert(sent);
+                if report.next != NOTHING_YET {
+                    *wanted = (*wanted).max(report.next);
                 }
-            })?
-            .is_some()
-        {}
-        Ok(())
+            }
+        })
     }
 
     /// Returns the number of readers that have taken all samples before this sequence number; some of them may be gone since.

@@ -5,6 +5,7 @@ use ratatui::layout::{Alignment, Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Paragraph, Wrap};
+use tipwatch_mechanics::number::SURE_SIGMAS;
 use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::verdict::{Basis, InputFault, Level};
 
@@ -162,6 +163,11 @@ fn draw_level(
         let text = view.names.load_doubt_text(verdict);
         second.push(Span::from(format!("{gap}{text}")));
     }
+    let forces = view.names.force_doubt_text(verdict);
+    if !forces.is_empty() {
+        let gap = if second.is_empty() { "" } else { "   " };
+        second.push(Span::from(format!("{gap}{forces}")));
+    }
     let title = format!(" {} ", view.names.machine);
     let ahead = prediction_text(verdict, &view.names.wheels).filter(|_| expired.is_none());
     let mut text = vec![
@@ -257,13 +263,13 @@ fn draw_loads(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVerd
             "{:>4} {} ± {} kN  otf {} kN",
             name.to_uppercase(),
             kilonewtons(load),
-            kilonewtons(2.0 * sigma),
+            kilonewtons(SURE_SIGMAS * sigma),
             kilonewtons(verdict.otf[wheel])
         );
         frame.render_widget(Paragraph::new(text), label);
         // a full bar is twice the mean load
         let share = share(load / (2.0 * mean));
-        let is_surely_down = verdict.otf[wheel] - 2.0 * verdict.otf_sigma[wheel] > 0.0;
+        let is_surely_down = verdict.otf[wheel] - SURE_SIGMAS * verdict.otf_sigma[wheel] > 0.0;
         let color = if is_surely_down {
             Color::Blue
         } else {
@@ -325,7 +331,7 @@ fn draw_health(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVer
         "unknown".into()
     };
     let ground = match view.names.ground_gap_text(verdict) {
-        Some(gap) => format!("   supports unknown: {gap}"),
+        Some(gap) => format!("   supports: {gap}"),
         None => String::new(),
     };
     let lines = vec![
@@ -401,6 +407,7 @@ mod tests {
                 edges: vec![],
                 joints: Vec::new(),
                 load_sensors: Vec::new(),
+                arm_forces: Vec::new(),
                 commissioned: Vec::new(),
             },
             limits: [0.75, 0.9, 1.0],

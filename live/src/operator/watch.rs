@@ -80,25 +80,17 @@ impl Watching {
                 view.limits = wire.limits;
             }
         })?;
-        while self
-            .verdicts
-            .receive(|wire| {
-                if wire.is_whole() {
-                    rows.count(u64::from(wire.event == EVENT_ROW));
-                    view.verdict = Some(*wire);
-                }
-            })?
-            .is_some()
-        {}
-        while self
-            .commands
-            .receive(|wire| {
-                if wire.is_whole() {
-                    view.command = Some(*wire);
-                }
-            })?
-            .is_some()
-        {}
+        self.verdicts.receive_all(|wire| {
+            if wire.is_whole() {
+                rows.count(u64::from(wire.event == EVENT_ROW));
+                view.verdict = Some(*wire);
+            }
+        })?;
+        self.commands.receive_all(|wire| {
+            if wire.is_whole() {
+                view.command = Some(*wire);
+            }
+        })?;
         view.rows_per_s = rows.per_second();
         view.now_ns = monotonic_ns();
         if self.checked.elapsed() >= DEAD_NODE_CHECK {

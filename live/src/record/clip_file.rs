@@ -16,6 +16,8 @@ use super::writer::RecordCounts;
 pub(super) const UNFINISHED: &str = "partial";
 /// Name of the record that only a finished clip has.
 pub(super) const FINISHED_RECORD: &str = "tipwatch_clip";
+/// Name of the entry in it that tells whether the clip lacks part of what was asked for.
+pub(super) const SHORT_ENTRY: &str = "is_short";
 /// Most triggers that a clip lists.
 pub(super) const MAX_ONSETS: usize = 1000;
 
@@ -85,8 +87,8 @@ impl ClipFile {
         Ok(())
     }
 
-    /// Completes the file, syncs it, and only then gives it its name.
-    pub(super) fn finish(mut self, onsets: Vec<Onset>) -> Result<FinishedClip> {
+    /// Completes the file, syncs it, and only then gives it its name. One that `is_short` lacks part of what was asked for.
+    pub(super) fn finish(mut self, onsets: Vec<Onset>, is_short: bool) -> Result<FinishedClip> {
         let mut entries = BTreeMap::from([
             (
                 "first_log_time_ns".to_owned(),
@@ -100,6 +102,7 @@ impl ClipFile {
             ("verdicts".to_owned(), self.counts.verdicts.to_string()),
             ("commands".to_owned(), self.counts.commands.to_string()),
             ("triggers".to_owned(), onsets.len().to_string()),
+            (SHORT_ENTRY.to_owned(), is_short.to_string()),
         ]);
         for (index, onset) in onsets.iter().enumerate() {
             let text = format!("{} {}", onset.log_time_ns, onset.trigger.name());

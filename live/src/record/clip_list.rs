@@ -12,7 +12,7 @@ use mcap::records::Record;
 use serde::{Deserialize, Serialize};
 use tipwatch_binding::{hash_file, hex, monitor_topic};
 
-use super::clip_file::{FINISHED_RECORD, FinishedClip, PARTIAL, UNFINISHED, partial};
+use super::clip_file::{FINISHED_RECORD, FinishedClip, PARTIAL, SHORT_ENTRY, UNFINISHED, partial};
 use super::repair::repair;
 use super::retention::recorded_files;
 use super::topics;
@@ -23,7 +23,7 @@ const LIST: &str = "clips.jsonl";
 const MOST_READ: u64 = 256 << 20;
 
 /// A line of the list.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 struct Line {
     /// Path relative to the list.
     file: String,
@@ -159,6 +159,7 @@ fn read(path: &Path, line: &mut Line) -> Result<()> {
         let of = |key: &str| record.metadata.get(key);
         if record.name == FINISHED_RECORD {
             is_finished = true;
+            is_short |= of(SHORT_ENTRY).is_some_and(|is_short| is_short == "true");
             let entries = record.metadata.iter();
             let triggers = entries.filter(|(key, _)| key.starts_with("trigger_"));
             let triggers = triggers.filter_map(|(_, text)| {
@@ -167,7 +168,7 @@ fn read(path: &Path, line: &mut Line) -> Result<()> {
             });
             line.triggers = triggers.collect();
         } else if let Some(name) = of("clip_trigger") {
-            is_short = of("clip_missing_s").is_some_and(|missing| missing != "0");
+            is_short |= of("clip_missing_s").is_some_and(|missing| missing != "0");
             line.is_complete &= !is_short;
             let time = of("clip_trigger_log_time_ns").map(|time| time.parse::<i64>());
             line.triggers = vec![(name.clone(), time.unwrap_or(Ok(0))?)];
@@ -195,15 +196,8 @@ fn read(path: &Path, line: &mut Line) -> Result<()> {
 
 fn blank(is_complete: bool) -> Line {
     Line {
-        file: String::new(),
-        sha256: String::new(),
-        bytes: 0,
         is_complete,
-        triggers: Vec::new(),
-        first_log_time_ns: None,
-        last_log_time_ns: None,
-        samples: None,
-        verdicts: None,
+        ..Line::default()
     }
 }
 

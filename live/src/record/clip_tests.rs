@@ -357,6 +357,17 @@ fn last_batch_that_fails_is_tried_in_a_new_file() {
     let mut spans: Vec<_> = clips.iter().map(|clip| steps(clip)).collect();
     spans.sort_unstable();
     assert_eq!(spans, [(70, 104, 35), (105, 105, 1)]);
+    // it lacks what is in the partial one, as the list says, and as the next recorder finds in the file
+    let is_complete = || {
+        let listed = lines(root.path());
+        let is_finished =
+            |line: &&serde_json::Value| !line["file"].as_str().unwrap().ends_with("_partial.mcap");
+        listed.iter().find(is_finished).unwrap()["is_complete"].clone()
+    };
+    assert_eq!(is_complete(), false);
+    std::fs::remove_file(root.path().join("clips.jsonl")).unwrap();
+    adopt_all(root.path());
+    assert_eq!(is_complete(), false);
 }
 
 /// Killed at any step, finished clips stay as they are; the one in progress is complete up to there, and says so.

@@ -381,9 +381,13 @@ impl ClipWriter {
         let (name, counts) = (clip.path().to_owned(), clip.counts);
         let mut wanted = self.wanted.as_mut();
         let onsets = (wanted.as_mut()).map(|wanted| std::mem::take(&mut wanted.onsets));
-        match clip.finish(onsets.unwrap_or_default()) {
+        let is_short = wanted.as_ref().is_some_and(|wanted| wanted.is_short);
+        match clip.finish(onsets.unwrap_or_default(), is_short) {
             Ok(clip) => {
-                let is_short = wanted.is_some_and(|wanted| std::mem::take(&mut wanted.is_short));
+                // what follows is another file
+                if let Some(wanted) = wanted {
+                    wanted.is_short = false;
+                }
                 self.counts.add(&counts);
                 self.counts.clips += 1;
                 self.counts.short_clips += u64::from(is_short);

@@ -47,12 +47,14 @@ pub(super) fn preamble(
                     NumberKind::Payload => match machine.payload_signals()[index].quantity {
                         PayloadQuantity::Mass(payload) => monitor_topic::payload_mass(payload + 1),
                         PayloadQuantity::Lift { linkage, signal } => {
-                            let linkage = &file.spec.linkage[linkage];
-                            let signals = file.spec.signals_of(linkage).len();
-                            let name = force_topic(&linkage.name, signals, signal);
+                            let name = signal_topic(file, linkage, signal);
                             return topics::number(NumberKind::Actuator, name);
                         }
                     },
+                    NumberKind::Force => {
+                        let force = &machine.force_signals()[index];
+                        signal_topic(file, force.linkage, force.signal)
+                    }
                 };
                 topics::number(kind, name)
             }
@@ -127,6 +129,12 @@ fn actuator_topic(machine: &Machine, sensors: &Sensors, signal: usize) -> String
         return monitor_topic::support_load(linkage);
     }
     force_topic(linkage, joint.signals.len(), signal.signal)
+}
+
+/// Topic of a signal of a linkage's force that enters no equation of the loads.
+fn signal_topic(file: &MachineFile, linkage: usize, signal: usize) -> String {
+    let linkage = &file.spec.linkage[linkage];
+    force_topic(&linkage.name, file.spec.signals_of(linkage).len(), signal)
 }
 
 /// Topic of one of so many signals of a linkage's force.

@@ -69,7 +69,7 @@ pub(super) fn number(kind: NumberKind, name: String) -> Topic {
     Topic {
         name,
         type_name: match kind {
-            NumberKind::Actuator => "tipwatch_msgs/msg/ActuatorSignal",
+            NumberKind::Actuator | NumberKind::Force => "tipwatch_msgs/msg/ActuatorSignal",
             NumberKind::Switch => "tipwatch_msgs/msg/SupportSwitch",
             NumberKind::Load => "tipwatch_msgs/msg/LoadSensor",
             NumberKind::Command => "tipwatch_msgs/msg/JointCommand",
@@ -118,7 +118,7 @@ macro_rules! fields {
 pub(super) const VERDICT_INTEGERS: Fields<WireVerdict, u32> = fields![
     event, level, latched_level, faults, cautions, reasons, held_faults, held_cautions, held_reasons, acknowledged, untimed,
     next_wheel, wheel_count, standing, ground_gap, alarm, alarm_acknowledged, inherited_alarm, inherited_acknowledged, basis, inherited_contradiction, load_doubt,
-    doubted_load_sensor, load_explanation, exchanged_sensors;
+    doubted_load_sensor, load_explanation, exchanged_sensors, doubted_forces, frozen_forces;
     (monitor_topic::ACKNOWLEDGED_SIGNALS_FIELDS[0], |verdict| verdict.acknowledged_signals as u32),
     (monitor_topic::ACKNOWLEDGED_SIGNALS_FIELDS[1], |verdict| (verdict.acknowledged_signals >> 32) as u32)
 ];

@@ -131,6 +131,7 @@ pub fn session_of(bound: &BoundLog, file: &MachineFile, urdf: &Urdf) -> Result<S
         load_sensors: beside(NumberKind::Load),
         joint_commands: beside(NumberKind::Command),
         payload_signals: beside(NumberKind::Payload),
+        force_signals: beside(NumberKind::Force),
         imu_frame: bound.topics.imu_frame.clone(),
     })
 }

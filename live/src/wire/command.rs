@@ -56,38 +56,15 @@ tipwatch_mechanics::named! {
     }
 }
 
-/// A set of reasons to hold; empty if the valves follow.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct HoldReasons(u32);
+tipwatch_mechanics::named_set! {
+    /// A set of reasons to hold; empty if the valves follow.
+    pub struct HoldReasons(u32) of HoldReason;
+}
 
 impl HoldReasons {
     /// Adds a reason if it applies.
     pub fn note(&mut self, reason: HoldReason, applies: bool) {
         self.0 |= u32::from(applies) << reason as u8;
-    }
-
-    /// Whether the set is empty.
-    #[must_use]
-    pub fn is_empty(self) -> bool {
-        self.0 == 0
-    }
-
-    /// Whether the set contains `reason`.
-    #[must_use]
-    pub fn has(self, reason: HoldReason) -> bool {
-        self.0 >> reason as u8 & 1 == 1
-    }
-
-    /// The reasons, in order.
-    pub fn iter(self) -> impl Iterator<Item = HoldReason> {
-        let all = HoldReason::ALL.into_iter();
-        all.filter(move |&reason| self.has(reason))
-    }
-
-    /// The set as bits, for the wire.
-    #[must_use]
-    pub fn bits(self) -> u32 {
-        self.0
     }
 
     /// The set with these bits. Unknown bits are kept: a newer program has more reasons.

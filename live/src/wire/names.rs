@@ -23,6 +23,8 @@ pub struct Names {
     pub joints: Vec<String>,
     /// Names of its load sensors.
     pub load_sensors: Vec<String>,
+    /// Names of the linkages with a measured force of the arm, in lower case.
+    pub arm_forces: Vec<String>,
     /// Joint positions at which a commissioning has proven each joint, as text; empty where it has not.
     pub commissioned: Vec<String>,
 }
@@ -50,6 +52,7 @@ impl TryFrom<&WireMachine> for Names {
             edges: listed(&wire.edge_names, wire.edge_count)?,
             joints: listed(&wire.joint_names, wire.joint_count)?,
             load_sensors: listed(&wire.load_sensor_names, wire.load_sensor_count)?,
+            arm_forces: listed(&wire.arm_force_names, wire.arm_force_count)?,
         })
     }
 }
@@ -147,8 +150,8 @@ impl Names {
         (verdict.standing != 0).then(|| wheels.map(|(_, name)| name.as_str()).collect())
     }
 
-    /// Returns the reason for which the supports on the ground are unknown, and its wheel, if it is about one; `None` if they are
-    /// known.
+    /// Returns the reason for which the supports on the ground, or the utilisation on them, are unknown, and its wheel, if it is about
+    /// one; `None` if they are known.
     #[must_use]
     pub fn ground_gap(&self, verdict: &WireVerdict) -> Option<(&'static str, Option<&str>)> {
         let (gap, wheel) = verdict.ground_gap()?;
@@ -227,6 +230,42 @@ impl Names {
             text.push(')');
         }
         text
+    }
+
+    /// Returns the forces of the arm that contradict what masses and motion require.
+    #[must_use]
+    pub fn doubted_forces(&self, verdict: &WireVerdict) -> Vec<String> {
+        self.forces(verdict.doubted_forces)
+    }
+
+    /// Returns the forces of the arm that repeat one value although the required one changes.
+    #[must_use]
+    pub fn frozen_forces(&self, verdict: &WireVerdict) -> Vec<String> {
+        self.forces(verdict.frozen_forces)
+    }
+
+    /// The names of forces, of which `bits` are set; the number of one without a name.
+    fn forces(&self, bits: u32) -> Vec<String> {
+        let set = (0..u32::BITS as usize).filter(|force| bits >> force & 1 == 1);
+        let name = |force: usize| match self.arm_forces.get(force) {
+            Some(name) if !name.is_empty() => name.clone(),
+            _ => force.to_string(),
+        };
+        set.map(name).collect()
+    }
+
+    /// Returns both as text; empty if there are none.
+    #[must_use]
+    pub fn force_doubt_text(&self, verdict: &WireVerdict) -> String {
+        let told = [
+            ("measured forces doubted", self.doubted_forces(verdict)),
+            ("measured forces frozen", self.frozen_forces(verdict)),
+        ];
+        let told = told.into_iter().filter(|(_, names)| !names.is_empty());
+        let told: Vec<String> = told
+            .map(|(what, names)| format!("{what}: {}", names.join(", ")))
+            .collect();
+        told.join("  ")
     }
 
     /// The mass of the payloads that is known row by row, as text; empty where there is none.

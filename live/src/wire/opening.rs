@@ -246,6 +246,12 @@ impl Session {
                 "signal {} that tells the mass of a payload",
                 payloads[signal].field.topic
             )
+        })?;
+        let forces = machine.force_signals();
+        let of = "signals of forces of the arm";
+        are_all(&self.force_signals, forces.len(), of, |signal| {
+            let linkage = &machine.linkages()[forces[signal].linkage];
+            format!("force or pressures of \"{}\"", linkage.name)
         })
     }
 }

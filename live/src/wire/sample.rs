@@ -89,6 +89,7 @@ impl<'a> TryFrom<&'a WireSample> for Message<'a> {
             Kind::Load => number(NumberKind::Load),
             Kind::Command => number(NumberKind::Command),
             Kind::Payload => number(NumberKind::Payload),
+            Kind::Force => number(NumberKind::Force),
             Kind::End => return Ok(Self::End),
         };
         let values = wire
@@ -117,6 +118,7 @@ mod tests {
             Sensor::Number(NumberKind::Load, 4),
             Sensor::Number(NumberKind::Command, 2),
             Sensor::Number(NumberKind::Payload, 1),
+            Sensor::Number(NumberKind::Force, 3),
         ] {
             let sample = Sample::new(sensor, -7, &values);
             let wire = WireSample::new(&sample, 8).unwrap();

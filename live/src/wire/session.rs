@@ -83,6 +83,9 @@ pub struct Session {
     /// The signals that tell masses of payloads, ascending: indices in
     /// [`Machine::payload_signals`](tipwatch_mechanics::Machine::payload_signals).
     pub payload_signals: Vec<u32>,
+    /// The signals of the forces of the arm, ascending: indices in
+    /// [`Machine::force_signals`](tipwatch_mechanics::Machine::force_signals).
+    pub force_signals: Vec<u32>,
     /// `frame_id` of the IMU.
     pub imu_frame: Option<String>,
 }
@@ -134,6 +137,8 @@ impl TryFrom<&Session> for WireSession {
             payload_signals: bits_of(&session.payload_signals).context(
                 "session: expected no more than 32 signals that tell masses of payloads",
             )?,
+            force_signals: bits_of(&session.force_signals)
+                .context("session: expected no more than 32 signals of forces of the arm")?,
             imu_frame: name_to_wire(session.imu_frame.as_deref().unwrap_or(""))?,
             ..Self::blank()
         };
@@ -174,11 +179,6 @@ impl TryFrom<&WireSession> for Session {
             joints <= MAX_JOINTS && streams <= joints,
             "session: expected no more than {MAX_JOINTS} joints in no more streams, found {joints} in {streams}"
         );
-        ensure!(
-            wire.reserved == 0,
-            "session: expected 0 in reserved, found {}",
-            wire.reserved
-        );
         let mut session = Self {
             id: wire.source,
             machine_hash: wire.machine_hash,
@@ -198,6 +198,7 @@ impl TryFrom<&WireSession> for Session {
             load_sensors: list_of(wire.load_sensors),
             joint_commands: list_of(wire.joint_commands),
             payload_signals: list_of(wire.payload_signals),
+            force_signals: list_of(wire.force_signals),
             imu_frame: Some(name_from_wire(&wire.imu_frame)?).filter(|frame| !frame.is_empty()),
         };
         let mut before = 0;
@@ -299,6 +300,7 @@ mod tests {
             load_sensors: vec![2, 31],
             joint_commands: vec![1],
             payload_signals: vec![0, 2],
+            force_signals: vec![1, 3],
             imu_frame: Some("imu_link".into()),
         }
     }
@@ -374,12 +376,11 @@ mod tests {
     #[test]
     fn sessions_that_contradict_themselves_are_rejected() {
         type Change = fn(&mut WireSession);
-        let changes: [(&str, Change); 12] = [
+        let changes: [(&str, Change); 11] = [
             ("0 or 1 in has_imu, found 7", |it| it.has_imu = 7),
             ("0 or 1 in has_odometry, found 2", |it| it.has_odometry = 2),
             ("has_tool_wrench, found 255", |it| it.has_tool_wrench = 255),
             ("wants_progress, found 3", |it| it.wants_progress = 3),
-            ("0 in reserved, found 9", |it| it.reserved = 9),
             (
                 "3 streams as in stream_count, found none of stream 2",
                 |it| {

@@ -81,6 +81,8 @@ pub const MAX_VALUES: usize = 128;
 pub const MAX_JOINTS: usize = MAX_VALUES / 2;
 /// Maximum number of load sensors of a session: one bit each.
 pub const MAX_LOAD_SENSORS: usize = 32;
+/// Maximum number of forces of the arm that have a name and a bit of their own.
+pub const MAX_ARM_FORCES: usize = 32;
 /// Bytes of a name on the wire, including the terminating zero.
 pub const NAME_BYTES: usize = 64;
 /// Bytes of a text on the wire, including the terminating zero.
@@ -100,7 +102,7 @@ wire! {
         pub log_time_ns: i64,
         /// Kind of sensor: 1 joints, 2 IMU, 3 odometry, 4 tool wrench, 5 end of the session, 6 actuator
         /// signal, 7 signal that tells whether supports are set or raised, 8 load sensor, 9 rate that
-        /// is asked of a joint, 10 signal that tells the mass of a payload.
+        /// is asked of a joint, 10 signal that tells the mass of a payload, 11 signal of a force of the arm.
         pub kind: u32,
         /// Index of the stream among those of its kind.
         pub stream: u32,
@@ -113,14 +115,15 @@ wire! {
         /// (m/s), angular velocity, attitude. Tool wrench: force (N) and moment (N m) of the environment
         /// on the tool. Actuator: force (N) or pressure (Pa). Signal of supports: the number that the machine file binds, on from
         /// its threshold on; it is to be sent again before it is older than the machine file allows. Load sensor: its load (N). Rate that a
-        /// controller asks of a joint (rad/s, m/s), NaN while it asks for nothing. Zero beyond value_count.
+        /// controller asks of a joint (rad/s, m/s), NaN while it asks for nothing. Force of the arm: force (N) or pressure (Pa), as of an
+        /// actuator. Zero beyond value_count.
         pub values: [f64; MAX_VALUES],
     }
 }
 
 wire! {
     /// What a reader must know before the first sample. Its source identifies the session.
-    "tipwatch.Session.v5"
+    "tipwatch.Session.v6"
     pub struct WireSession {
         /// Samples of the session without the end message; 0 if unknown.
         pub total_samples: u64,
@@ -159,8 +162,10 @@ wire! {
         /// stated mass; of an estimated one the force, or the pressures at piston and rod, of the first linkage that lifts it,
         /// each numbered once.
         pub payload_signals: u32,
-        /// Zero.
-        pub reserved: u32,
+        /// Bits: the signals of the forces of the arm, by which nothing is computed, and which are compared with what masses and motion
+        /// require: by linkage in the order of the machine file, the force, or the pressures at piston and rod, of each that binds
+        /// them, carries no wheels and carries no payload of unknown mass.
+        pub force_signals: u32,
         /// frame_id of the IMU; empty if it has none.
         pub imu_frame: [u8; NAME_BYTES],
         /// Stream of each joint, ascending.
@@ -172,7 +177,7 @@ wire! {
 
 wire! {
     /// What a reader of verdicts must know about the machine, and about the monitor that computes them.
-    "tipwatch.Machine.v7"
+    "tipwatch.Machine.v8"
     pub struct WireMachine {
         /// The session that the monitor follows.
         pub session: u64,
@@ -192,6 +197,10 @@ wire! {
         pub load_sensor_count: u32,
         /// Number of joints whose position in a session before is compared with the first one.
         pub known_count: u32,
+        /// Number of forces of the arm.
+        pub arm_force_count: u32,
+        /// Zero.
+        pub reserved: u32,
         /// Name of the machine.
         pub name: [u8; NAME_BYTES],
         /// Names of the wheels, in lower case: of all supports, on the ground or not, where these come and go.
@@ -202,6 +211,8 @@ wire! {
         pub joint_names: [[u8; NAME_BYTES]; MAX_JOINTS],
         /// Names of the load sensors, in the order of the bits of the session.
         pub load_sensor_names: [[u8; NAME_BYTES]; MAX_LOAD_SENSORS],
+        /// Names of the linkages with a force of the arm, in the order of the bits of the verdict's doubted_forces.
+        pub arm_force_names: [[u8; NAME_BYTES]; MAX_ARM_FORCES],
         /// Which signals these are: 0 specific force, 8 + k: joint k of the machine.
         pub doubted_signals: [u32; MAX_JOINTS],
         /// By how much each is off (rad, m, m/s2), as far as was seen; 0 of a joint that stopped to be measured.
@@ -248,7 +259,7 @@ macro_rules! verdict_message {
         wire! {
             /// The verdict: how close the machine is to tipping. A number that cannot be computed is NaN.
             /// Consumers must treat a verdict past valid_until_ns as a fault.
-            "tipwatch.Verdict.v7"
+            "tipwatch.Verdict.v8"
             pub struct WireVerdict {
                 /// Time until which it may be acted on (ns), by CLOCK_MONOTONIC.
                 pub valid_until_ns: i64,
@@ -319,7 +330,8 @@ macro_rules! verdict_message {
                 /// but where supports come and go.
                 pub standing: u32,
                 /// Why it is unknown which supports are on the ground; 0 if it is known. 1 the weight passes from some to others,
-                /// 2 the machine cannot stand on what is told, 16 + k: the signal that tells of wheel k is missing or too old,
+                /// 2 the machine cannot stand on what is told, 3 they are known, but in its reference posture it would not stand on them: U is unknown,
+                /// 16 + k: the signal that tells of wheel k is missing or too old,
                 /// 32 + k: wheel k is told to be off the ground while its own sensor measures a load.
                 pub ground_gap: u32,
                 /// Index of the wheel where each edge begins, counter-clockwise seen from above.
@@ -352,6 +364,12 @@ macro_rules! verdict_message {
                 pub load_explanation: u32,
                 /// Bits: the supports whose sensors may be exchanged.
                 pub exchanged_sensors: u32,
+                /// Bits: the forces of the arm that contradict, lasting for two seconds, what masses and motion require. Rows are doubted
+                /// meanwhile: the force, a position, a mass or a load is wrong, or the arm rests on something.
+                pub doubted_forces: u32,
+                /// Bits: the forces of the arm that repeat one value, lasting for two seconds, although the motion has changed the force that
+                /// is required: they are not measured any more. Rows are not doubted because of that.
+                pub frozen_forces: u32,
                 /// Why nothing is predicted by each assumed motion; 0 if something is: the other fields of the prediction are
                 /// NaN or meaningless otherwise. Assumed motions: 0 the motion goes on, 1 the platform brakes now, 2 the arm
                 /// stops now. A prediction never changes the level.
@@ -585,6 +603,8 @@ tipwatch_mechanics::named! {
         Command = 9,
         /// What tells the mass of a payload.
         Payload = 10,
+        /// A force of the arm by which nothing is computed, or a pressure of it.
+        Force = 11,
     }
 }
 
@@ -596,6 +616,7 @@ impl From<NumberKind> for Kind {
             NumberKind::Load => Self::Load,
             NumberKind::Command => Self::Command,
             NumberKind::Payload => Self::Payload,
+            NumberKind::Force => Self::Force,
         }
     }
 }

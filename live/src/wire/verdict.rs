@@ -6,6 +6,7 @@ use tipwatch_mechanics::estimation::support_configuration::GroundGap;
 use tipwatch_mechanics::machine::{Commissioned, Proofs};
 use tipwatch_mechanics::prediction::{Law, PredictedNumber, Prediction, PredictionGap};
 use tipwatch_mechanics::state::Reasons;
+use tipwatch_mechanics::studies::measured_forces::ForceDoubt;
 use tipwatch_mechanics::studies::measured_loads::LoadDoubt;
 use tipwatch_mechanics::verdict::{
     Basis, Conditions, HeldProblems, InputFaults, Latch, Level, LiftOff, Verdict,
@@ -17,8 +18,8 @@ use tipwatch_mechanics::{
 use crate::wire::sample::SampleCounts;
 use crate::wire::session::name_to_wire;
 use crate::wire::topics::{
-    EVENT_BETWEEN, EVENT_ROW, LAWS, MAX_JOINTS, MAX_LOAD_SENSORS, MAX_PLACES, NAME_BYTES, Wire,
-    WireMachine, WireVerdict,
+    EVENT_BETWEEN, EVENT_ROW, LAWS, MAX_ARM_FORCES, MAX_JOINTS, MAX_LOAD_SENSORS, MAX_PLACES,
+    NAME_BYTES, Wire, WireMachine, WireVerdict,
 };
 
 /// [`GroundUnknown::number`] of the first support whose signal is missing.
@@ -33,6 +34,9 @@ pub enum GroundUnknown {
     Gap(GroundGap),
     /// The machine cannot stand on the supports that it is told to stand on.
     Impossible,
+    /// The supports are known, but in its reference posture the machine would not stand on them: without reference loads its
+    /// utilisation is unknown, and its loads are not.
+    NoReferenceLoads,
 }
 
 impl GroundUnknown {
@@ -40,8 +44,9 @@ impl GroundUnknown {
     #[must_use]
     pub fn number(self) -> u32 {
         match self {
-            Self::Gap(GroundGap::Transition) => 1,
+            Self::Gap(GroundGap::Transition | GroundGap::Taken) => 1,
             Self::Impossible => 2,
+            Self::NoReferenceLoads => 3,
             Self::Gap(GroundGap::Missing(support)) => MISSING + support.index() as u32,
             Self::Gap(GroundGap::Carries(support)) => CARRIES + support.index() as u32,
         }
@@ -114,7 +119,12 @@ impl WireVerdict {
             }
         };
         let places = Places::of(machine);
-        (self.standing, self.ground_gap) = (places.standing, 0);
+        self.standing = places.standing;
+        let mut references = machine.reference().static_load.iter();
+        self.ground_gap = match machine.supports().vary() && references.any(|load| load.is_nan()) {
+            true => GroundUnknown::NoReferenceLoads.number(),
+            false => 0,
+        };
         let edges = machine.polygon().edges();
         self.edge_count = edges.len() as u32;
         let ends = self.edge_from.iter_mut().zip(&mut self.edge_to);
@@ -166,6 +176,11 @@ impl WireVerdict {
         self.unstated_mass_sigma_kg = unstated.map_or(f64::NAN, |load| load.mass_sigma_kg);
     }
 
+    /// Sets what the measured forces of the arm contradict, and which of them have stopped.
+    pub fn set_force_doubt(&mut self, doubt: ForceDoubt) {
+        (self.doubted_forces, self.frozen_forces) = (doubt.contradicted, doubt.frozen);
+    }
+
     /// Sets what is known of the payloads whose mass is known row by row.
     pub fn set_payloads(&mut self, machine: &Machine, state: &State<f64>) {
         let payloads = machine.payloads().iter().enumerate();
@@ -195,8 +210,8 @@ impl WireVerdict {
         self.places().place(wheel).is_some()
     }
 
-    /// Returns the reason for which the supports on the ground are unknown, and its wheel, if it is about one; `None` if they are
-    /// known. An unknown number is a reason, too.
+    /// Returns the reason for which the supports on the ground, or the utilisation on them, are unknown, and its wheel, if it is about
+    /// one; `None` if they are known. An unknown number is a reason, too.
     #[must_use]
     pub fn ground_gap(&self) -> Option<(&'static str, Option<usize>)> {
         let wheel = |from: u32| Some((self.ground_gap - from) as usize);
@@ -204,6 +219,7 @@ impl WireVerdict {
             0 => None,
             1 => Some(("transition", None)),
             2 => Some(("impossible", None)),
+            3 => Some(("no_reference_loads", None)),
             MISSING..CARRIES => Some(("signal_missing", wheel(MISSING))),
             CARRIES.. => Some(("carries_though_off", wheel(CARRIES))),
             _ => Some(("unknown", None)),
@@ -441,6 +457,12 @@ impl WireMachine {
         for (name, sensor) in wire.load_sensor_names.iter_mut().zip(sensors) {
             *name = name_to_wire(&sensor.name).unwrap_or([0; NAME_BYTES]);
         }
+        let forces = machine.arm_forces();
+        wire.arm_force_count = forces.len().min(MAX_ARM_FORCES) as u32;
+        for (name, force) in wire.arm_force_names.iter_mut().zip(forces) {
+            let linkage = &machine.linkages()[force.linkage].name;
+            *name = name_to_wire(&linkage.to_lowercase()).unwrap_or([0; NAME_BYTES]);
+        }
         for (name, edge) in wire.edge_names.iter_mut().zip(edges) {
             *name = name_to_wire(&edge.name)?;
         }
@@ -484,6 +506,8 @@ impl WireMachine {
 
 #[cfg(test)]
 mod tests {
+    use tipwatch_mechanics::machine::{LogFacts, MachineSpec};
+
     use super::*;
 
     #[test]
@@ -512,6 +536,24 @@ mod tests {
         let doc = causes.doc.join(" ").replace([',', '.'], " ");
         let doc: Vec<_> = doc.split_whitespace().collect();
         assert!(doc.join(" ").ends_with(&names), "{doc:?}");
+    }
+
+    #[test]
+    fn supports_without_reference_loads_are_known_and_the_reason_is_told() {
+        let toml = include_str!("../../../tests/data/crane.toml");
+        let urdf = include_str!("../../../tests/data/crane.urdf");
+        let spec = MachineSpec::from_toml(toml, "crane.toml").unwrap();
+        let machine = spec.check(urdf, "crane.urdf", LogFacts::default()).unwrap();
+        let supports = machine.supports();
+        let feet = ["OFL", "OFR", "ORL", "ORR"].map(|name| supports.named(name)[0]);
+        let mut on = machine.standing_on(&feet).unwrap();
+        let mut verdict = WireVerdict::unknown();
+        verdict.set_ground(supports.all.len(), Ok(&on));
+        assert_eq!(verdict.ground_gap(), Some(("no_reference_loads", None)));
+        assert!(verdict.is_standing(feet[0].index()));
+        on.set_reference_loads().unwrap();
+        verdict.set_ground(supports.all.len(), Ok(&on));
+        assert_eq!(verdict.ground_gap(), None);
     }
 
     #[test]

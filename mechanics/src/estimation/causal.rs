@@ -4,6 +4,7 @@ use super::bias::BiasEstimator;
 use super::filled_velocities::FilledVelocities;
 use super::followed::Followed;
 use super::held_values::Repeats;
+use super::obedience::Obedience;
 use super::reading::Reading;
 use super::rotation::{PlatformRotation, RotationSpell};
 use super::rows::{Estimate, RowClock, regular_index, regular_row};
@@ -47,8 +48,11 @@ pub struct CausalEstimator {
     loads: Vec<LastSample>,
     /// The same by command: the rate that is asked of a joint (rad/s or m/s).
     commands: Vec<LastSample>,
+    obedience: Obedience,
     /// The same by signal of payloads.
     payload_signals: Vec<LastSample>,
+    /// The same by signal of a force by which nothing is computed.
+    force_signals: Vec<LastSample>,
     /// Effect of each sensor's last sample on rows.
     standing: Vec<(Sensor, RowEffect)>,
     counts: Vec<(Sensor, StreamCounts)>,
@@ -97,7 +101,9 @@ impl CausalEstimator {
             supports: SupportWatch::new(machine, sensors),
             loads: vec![LastSample::default(); sensors.loads],
             commands: vec![LastSample::default(); sensors.commands],
+            obedience: Obedience::new(machine),
             payload_signals: vec![LastSample::default(); machine.payload_signals().len()],
+            force_signals: vec![LastSample::default(); sensors.forces],
             standing: sensors
                 .iter()
                 .map(|sensor| (sensor, RowEffect::default()))
@@ -228,6 +234,7 @@ impl CausalEstimator {
             Sensor::Number(NumberKind::Payload, signal) => {
                 Some(self.payload_signals.get_mut(signal))
             }
+            Sensor::Number(NumberKind::Force, signal) => Some(self.force_signals.get_mut(signal)),
             _ => None,
         };
         self.is_repeat = false;
@@ -421,6 +428,14 @@ impl CausalEstimator {
         for (command, last) in machine.joint_commands().iter().zip(&self.commands) {
             self.estimate.commands[command.joint] = last.near(time_ns, max_gap_ns);
         }
+        let joints = &self.estimate.state.joints;
+        (self.obedience).row(time_ns, &self.estimate.commands, joints);
+        let disputed = &mut self.estimate.shown.disputed;
+        *disputed = disputed.with(self.obedience.standing());
+        let forces = self.estimate.arm_forces.iter_mut();
+        for (value, force) in forces.zip(machine.arm_forces()) {
+            *value = force_of(&force.signals, &self.force_signals, time_ns, max_gap_ns);
+        }
         if self.estimate.rotates && self.rotation.spell().is_some() {
             self.estimate.reasons.add(Reason::Tipping);
         }
@@ -448,13 +463,10 @@ impl CausalEstimator {
         let time_ns = estimate.time_ns;
         for (index, payload) in machine.payloads().iter().enumerate() {
             if let Some(lift) = &payload.lift {
-                let signals = lift.signals.iter();
-                let force = signals.map(|&(signal, coefficient)| {
-                    let last = self.payload_signals.get(signal);
-                    coefficient * last.map_or(f64::NAN, |last| last.near(time_ns, max_gap_ns))
-                });
                 let in_state = lift.joint.map(|joint| estimate.state.actuator_force[joint]);
-                estimate.lift_forces[index] = in_state.unwrap_or_else(|| force.sum());
+                estimate.lift_forces[index] = in_state.unwrap_or_else(|| {
+                    force_of(&lift.signals, &self.payload_signals, time_ns, max_gap_ns)
+                });
             }
             if !payload.is_by_row {
                 continue;
@@ -479,6 +491,15 @@ impl CausalEstimator {
             }
         }
     }
+}
+
+/// The force (N) that some signals, each with its coefficient, show at about this time; NaN without one of them.
+fn force_of(signals: &[(usize, f64)], last: &[LastSample], time_ns: i64, max_gap_ns: i64) -> f64 {
+    let of_signal = |&(signal, coefficient): &(usize, f64)| {
+        let last = last.get(signal);
+        coefficient * last.map_or(f64::NAN, |last| last.near(time_ns, max_gap_ns))
+    };
+    signals.iter().map(of_signal).sum()
 }
 
 /// Whether a sensor tells a state or a command, which nothing but a person changes.

@@ -7,7 +7,7 @@ use super::white_jerk::{ChannelState, Matrix, predicted, seconds, step, symmetri
 const NEGLIGIBLE: f64 = 1e-20;
 
 /// Consecutive steps of a filter: filtered, and smoothed after [`History::smooth`].
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct History {
     channels: usize,
     stamps_ns: Vec<i64>,
@@ -40,14 +40,8 @@ impl History {
     pub(super) fn new(channels: usize) -> Self {
         Self {
             channels,
-            stamps_ns: Vec::new(),
-            jets: Vec::new(),
-            gains: Vec::new(),
-            densities: Vec::new(),
-            covariances: Vec::new(),
             wanted_ns: i64::MAX,
-            ahead: None,
-            is_complete: false,
+            ..Self::default()
         }
     }
 

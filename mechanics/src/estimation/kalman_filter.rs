@@ -305,8 +305,9 @@ impl KalmanFilter {
         let acceleration = self.state.jets[channel][2];
         let means = self.means.as_ref();
         means.map_or([0.0; 3], |means| {
-            let covariance = self.covariance_by_learnt_noise(stamp_ns);
-            means.lag(channel, acceleration, &covariance)
+            let ahead = self.covariance_by_learnt_noise(stamp_ns);
+            let p22 = self.state.covariance[2][2] * self.misfit_factor();
+            means.lag(channel, acceleration, p22, &ahead)
         })
     }
 

@@ -1,7 +1,7 @@
 //! Ratio of a filter's errors to those that its stated noise explains.
 //!
 //! An innovation nu has the variance S = h' P h + r by the stated noise. With the mean over the channels and the last
-//! second (less for a faster filter),
+//! tenths of a second,
 //!
 //! ```text
 //!     c = mean of nu^2 / S
@@ -11,8 +11,9 @@
 //! is c times the stated one, which is exact where process and measurement are both noisier by c, and too much where it
 //! is the measurement alone: by h' Q h over S, as Q is what the process adds. Where c is less than 1, what was stated stays.
 
-/// Memory (s): longer than a sway of the platform, and short beside work that shakes it.
-pub(super) const MEMORY_S: f64 = 1.0;
+/// Memory (s): longer than half a sway of the platform, after which the squares repeat, and no longer than some delays of the filter: what
+/// a knock has left in the estimates has gone by then.
+pub(super) const MEMORY_S: f64 = 0.3;
 
 /// The mean c of one filter.
 #[derive(Debug, Clone)]
@@ -110,6 +111,23 @@ mod tests {
             let [stated, given] = shaken(4.0, hertz);
             assert!(stated > 10.0, "{hertz} Hz: {stated}");
             assert!((0.2..1.5).contains(&given), "{hertz} Hz: {given}");
+        }
+    }
+
+    /// A wheel comes down: for a twentieth of a second the sensor is far from where the filter expects it.
+    #[test]
+    fn a_knock_is_forgotten_with_its_error() {
+        let mut filter = KalmanFilter::new(STATED, 1, false).weighing_misfit([true].into_iter());
+        for k in 0..600 {
+            let value = if (200..210).contains(&k) { 5.0 } else { 0.0 };
+            (filter.push(k * STEP_NS, &[value], None, Doubt::default())).unwrap();
+            let factor = filter.misfit_factor();
+            match k {
+                210 => assert!(factor > 20.0, "{factor}"),
+                // two seconds later
+                599 => assert!(factor < 2.0, "{factor}"),
+                _ => {}
+            }
         }
     }
 

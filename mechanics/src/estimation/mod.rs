@@ -26,6 +26,7 @@ mod lag;
 mod misfit;
 #[cfg(test)]
 mod noise_of_tests;
+mod obedience;
 mod onset;
 pub mod plausibility;
 pub mod quasi_static;

@@ -37,6 +37,8 @@ pub struct Estimate {
     /// The force of the actuator that lifts each of [`Machine::payloads`] (N), where its mass is estimated by it; NaN where it is too
     /// old.
     pub lift_forces: Vec<f64>,
+    /// The last measurement of each of [`Machine::arm_forces`] (N); NaN where it is too old, or where a signal is missing.
+    pub arm_forces: Vec<f64>,
 }
 
 /// Estimated states of consecutive rows.
@@ -105,6 +107,7 @@ impl Estimate {
             stands_on: None,
             commands: vec![f64::NAN; machine.joints().len()],
             lift_forces: vec![f64::NAN; machine.payloads().len()],
+            arm_forces: vec![f64::NAN; machine.arm_forces().len()],
             measured_loads: vec![f64::NAN; machine.load_sensors().len()],
         }
     }

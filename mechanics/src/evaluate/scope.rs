@@ -38,10 +38,8 @@ impl Scope {
     pub const ALL: Self = Self {
         indicators: true,
         contributions: true,
-        parts: false,
         sensitivities: true,
-        terms: false,
-        between_rows: false,
+        ..Self::LOADS
     };
 
     pub(crate) fn needs_groups(self) -> bool {

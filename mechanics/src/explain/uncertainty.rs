@@ -17,7 +17,7 @@ use crate::explain::sensitivity::GroupDerivatives;
 use crate::machine::{
     Identified, InertiaElement, MAX_WHEELS, Machine, Parameter, Payload, Unknown,
 };
-use crate::number::{Real, Wheels};
+use crate::number::{Real, SURE_SIGMAS, Wheels};
 use crate::state::State;
 
 /// Standard deviations of the loads at one instant.
@@ -281,7 +281,7 @@ impl<'a, T: Real> LoadSigmas<'a, T> {
 /// U of the worst wheel, from OTF and its standard deviation by wheel (N).
 pub(crate) fn utilisation<T: Real>(machine: &Machine, otf: &[T], otf_sigma: &[T]) -> T {
     largest_utilisation(machine, |wheel| {
-        otf[wheel] - otf_sigma[wheel] * T::constant(2.0)
+        otf[wheel] - otf_sigma[wheel] * T::constant(SURE_SIGMAS)
     })
 }
 

@@ -29,4 +29,13 @@ impl Machine {
         }
         stays
     }
+
+    /// Whether a wheel leaves the ground when the machine tips about an edge, both by their names in lower case.
+    #[must_use]
+    pub fn is_off(&self, edge: &str, wheel: &str) -> bool {
+        let both = self.edge_named(edge).zip(self.wheel_named(wheel));
+        both.is_some_and(|(edge, wheel)| {
+            !self.stays_on_ground(&self.polygon().edges()[edge])[wheel]
+        })
+    }
 }

@@ -5,6 +5,7 @@ use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use super::ImpossibleInertia;
+use super::arm_force::{ArmForce, ForceSignal};
 use super::body::{Body, JointCoupling, JointKind, Link, MeasuredJoint, Mount, Mounting, Payload};
 use super::contact::Contact;
 use super::identified::{Identified, SensorCorrections};
@@ -74,15 +75,83 @@ pub struct Machine {
     pub(crate) load_sensors: Vec<LoadSensor>,
     pub(crate) joint_commands: Vec<JointCommand>,
     pub(crate) payload_signals: Vec<PayloadSignal>,
+    pub(crate) arm_forces: Vec<ArmForce>,
+    pub(crate) force_signals: Vec<ForceSignal>,
     pub(crate) identified: Option<Identified>,
     pub(crate) corrections: Option<SensorCorrections>,
 }
 
+/// Declares methods that give the fields of these names.
+macro_rules! fields {
+    ($($(#[$about:meta])+ $name:ident: $of:ty;)+) => {
+        $($(#[$about])+
+        #[must_use]
+        pub fn $name(&self) -> &$of {
+            &self.$name
+        })+
+    };
+}
+
 impl Machine {
-    /// Name of the machine.
-    #[must_use]
-    pub fn name(&self) -> &str {
-        &self.name
+    fields! {
+        /// Name of the machine.
+        name: str;
+        /// The link whose frame is the base frame.
+        base_link: str;
+        /// The rigid bodies, parents before children, the root first.
+        bodies: [Body];
+        /// The links of the URDF.
+        links: [Link];
+        /// The closed chains.
+        linkages: [Linkage];
+        /// The joints whose motion a [`State`](crate::State) holds, in its order.
+        joints: [MeasuredJoint];
+        /// The wheels and other supports on the ground, sorted by name.
+        wheels: [Wheel];
+        /// All supports of the machine, those that are off the ground included.
+        supports: Supports;
+        /// The supports on the ground, in the order of [`Machine::wheels`].
+        stands_on: [SupportId];
+        /// The support polygon of the contact points.
+        polygon: SupportPolygon;
+        /// Contact between wheels and ground.
+        contact: Contact;
+        /// Pose of the inertial measurement unit.
+        imu: Mount;
+        /// Peculiarities that are not errors.
+        notes: [Note];
+        /// Returns the impossible inertias of the URDF and their replacements.
+        replaced_inertias: [ImpossibleInertia];
+        /// Sensors that measure the load of wheels.
+        load_sensors: [LoadSensor];
+        /// Rates that the controller commands, in the order of the joints' names in the machine file. A joint that no message
+        /// measures has none.
+        joint_commands: [JointCommand];
+        /// Uncertainty of its parameters.
+        uncertainty: UncertaintySpec;
+        /// Limits of plausible signals.
+        plausibility: PlausibilitySpec;
+        /// Bounds of the machine's motion between the rows of a sparse log.
+        quasi_static: QuasiStaticSpec;
+        /// The reference loads.
+        reference: super::Reference;
+        /// Loads attached to links.
+        payloads: [Payload];
+        /// The signals that tell masses of payloads: by payload, the mass that a signal states, or the force of the actuator by which it
+        /// is estimated.
+        payload_signals: [PayloadSignal];
+        /// The measured forces of linkages by which nothing is computed, in the order of the linkages.
+        arm_forces: [ArmForce];
+        /// The signals of [`Self::arm_forces`], in their order: a force, or the pressures at piston and rod.
+        force_signals: [ForceSignal];
+        /// Thresholds for findings.
+        limits: LimitsSpec;
+        /// Topics named in the machine file.
+        signals: SignalsSpec;
+        /// Settings of the state estimator.
+        estimator: EstimatorSpec;
+        /// Settings of the prediction: horizon and assumed motions.
+        prediction: PredictionSpec;
     }
 
     /// Gravitational acceleration (m/s^2).
@@ -91,113 +160,16 @@ impl Machine {
         self.gravity
     }
 
-    /// The link whose frame is the base frame.
-    #[must_use]
-    pub fn base_link(&self) -> &str {
-        &self.base_link
-    }
-
-    /// The rigid bodies, parents before children, the root first.
-    #[must_use]
-    pub fn bodies(&self) -> &[Body] {
-        &self.bodies
-    }
-
-    /// The links of the URDF.
-    #[must_use]
-    pub fn links(&self) -> &[Link] {
-        &self.links
-    }
-
-    /// The closed chains.
-    #[must_use]
-    pub fn linkages(&self) -> &[Linkage] {
-        &self.linkages
-    }
-
-    /// The joints whose motion a [`State`](crate::State) holds, in its order.
-    #[must_use]
-    pub fn joints(&self) -> &[MeasuredJoint] {
-        &self.joints
-    }
-
-    /// The wheels and other supports on the ground, sorted by name.
-    #[must_use]
-    pub fn wheels(&self) -> &[Wheel] {
-        &self.wheels
-    }
-
-    /// The support polygon of the contact points.
-    #[must_use]
-    pub fn polygon(&self) -> &SupportPolygon {
-        &self.polygon
-    }
-
-    /// Contact between wheels and ground.
-    #[must_use]
-    pub fn contact(&self) -> &Contact {
-        &self.contact
-    }
-
-    /// Pose of the inertial measurement unit.
-    #[must_use]
-    pub fn imu(&self) -> &Mount {
-        &self.imu
-    }
-
-    /// Peculiarities that are not errors.
-    #[must_use]
-    pub fn notes(&self) -> &[Note] {
-        &self.notes
-    }
-
-    /// Returns the impossible inertias of the URDF and their replacements.
-    #[must_use]
-    pub fn replaced_inertias(&self) -> &[ImpossibleInertia] {
-        &self.replaced_inertias
-    }
-
     /// Pose of the frame in which the tool wrench acts.
     #[must_use]
     pub fn tool(&self) -> Option<&Mount> {
         self.tool.as_ref()
     }
 
-    /// Sensors that measure the load of wheels.
-    #[must_use]
-    pub fn load_sensors(&self) -> &[LoadSensor] {
-        &self.load_sensors
-    }
-
-    /// Rates that the controller commands, in the order of the joints' names in the machine file. A joint that no message
-    /// measures has none.
-    #[must_use]
-    pub fn joint_commands(&self) -> &[JointCommand] {
-        &self.joint_commands
-    }
-
-    /// Uncertainty of its parameters.
-    #[must_use]
-    pub fn uncertainty(&self) -> &UncertaintySpec {
-        &self.uncertainty
-    }
-
-    /// Limits of plausible signals.
-    #[must_use]
-    pub fn plausibility(&self) -> &PlausibilitySpec {
-        &self.plausibility
-    }
-
     /// Returns the active suspension; `None` without one.
     #[must_use]
     pub fn suspension(&self) -> Option<&Suspension> {
         self.suspension.as_ref()
-    }
-
-    /// The reference loads.
-    #[must_use]
-    pub fn reference(&self) -> &super::Reference {
-        &self.reference
     }
 
     /// Whether a measured joint is prismatic (m) and not revolute (rad).
@@ -263,19 +235,6 @@ impl Machine {
         self.arm_mounting.as_ref()
     }
 
-    /// Loads attached to links.
-    #[must_use]
-    pub fn payloads(&self) -> &[Payload] {
-        &self.payloads
-    }
-
-    /// The signals that tell masses of payloads: by payload, the mass that a signal states, or the force of the actuator by which it
-    /// is estimated.
-    #[must_use]
-    pub fn payload_signals(&self) -> &[PayloadSignal] {
-        &self.payload_signals
-    }
-
     /// Makes unknown masses of payloads known row by row from here on, by a [`PayloadWatch`](crate::studies::payload_watch::PayloadWatch)
     /// behind the causal estimator.
     pub fn weigh_payloads_by_row(&mut self) {
@@ -304,30 +263,6 @@ impl Machine {
             true => mass,
             false => f64::NAN,
         }
-    }
-
-    /// Thresholds for findings.
-    #[must_use]
-    pub fn limits(&self) -> &LimitsSpec {
-        &self.limits
-    }
-
-    /// Topics named in the machine file.
-    #[must_use]
-    pub fn signals(&self) -> &SignalsSpec {
-        &self.signals
-    }
-
-    /// Settings of the state estimator.
-    #[must_use]
-    pub fn estimator(&self) -> &EstimatorSpec {
-        &self.estimator
-    }
-
-    /// Settings of the prediction: horizon and assumed motions.
-    #[must_use]
-    pub fn prediction(&self) -> &PredictionSpec {
-        &self.prediction
     }
 
     /// The payloads of which [`Self::payload_signals`] tell, by index.

@@ -8,6 +8,7 @@ mod table;
 
 mod actuated_joint;
 mod add_supports;
+mod arm_force;
 mod axles_astride;
 mod body;
 mod changed;
@@ -73,6 +74,7 @@ mod weighed_supports;
 mod wheel;
 
 pub use actuated_joint::{ActuatedJoint, ActuatorSignal, ForceSource, TorqueJoint};
+pub use arm_force::{ArmForce, ForceSignal};
 pub use body::{
     Body, JointCoupling, JointKind, Link, LinkGroup, MeasuredJoint, Mount, MountSource, Mounting,
     Payload,

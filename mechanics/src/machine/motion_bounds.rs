@@ -1,7 +1,6 @@
 //! Bounds of a machine's motion between the rows of a sparse log.
 
 use super::checked::Machine;
-use super::quasi_static::QuasiStaticSpec;
 
 /// Greatest velocity and acceleration of a joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,12 +12,6 @@ pub struct JointBounds {
 }
 
 impl Machine {
-    /// Bounds of the machine's motion between the rows of a sparse log.
-    #[must_use]
-    pub fn quasi_static(&self) -> &QuasiStaticSpec {
-        &self.quasi_static
-    }
-
     /// Whether a row without neighbouring samples counts as static, and not as invalid.
     #[must_use]
     pub fn is_quasi_static(&self) -> bool {

@@ -46,6 +46,18 @@ pub fn one_of<'de, T: OneOf<'de>, D: Deserializer<'de>>(deserializer: D) -> Resu
     deserializer.deserialize_any(Forms(PhantomData))
 }
 
+/// Lets serde read values of these types by [`one_of`](crate::machine::one_of).
+#[macro_export]
+macro_rules! read_one_of {
+    ($($name:ident),+) => {$(
+        impl<'de> serde::Deserialize<'de> for $name {
+            fn deserialize<D: serde::Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+                $crate::machine::one_of(from)
+            }
+        }
+    )+};
+}
+
 struct Forms<T>(PhantomData<T>);
 
 impl<'de, T: OneOf<'de>> Visitor<'de> for Forms<T> {

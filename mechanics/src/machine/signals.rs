@@ -84,11 +84,7 @@ impl<'de> OneOf<'de> for OneOrMany {
     }
 }
 
-impl<'de> Deserialize<'de> for OneOrMany {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        one_of(deserializer)
-    }
-}
+crate::read_one_of!(OneOrMany, NumberSpec);
 
 impl OneOrMany {
     /// The names in file order.
@@ -438,11 +434,5 @@ impl<'de> OneOf<'de> for NumberSpec {
     fn of_table<A: MapAccess<'de>>(table: A) -> Option<Result<Self, A::Error>> {
         let field = FieldSpec::deserialize(MapAccessDeserializer::new(table));
         Some(field.map(Self::Field))
-    }
-}
-
-impl<'de> Deserialize<'de> for NumberSpec {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        one_of(deserializer)
     }
 }

@@ -3,9 +3,9 @@
 
 use std::collections::BTreeMap;
 
+use serde::Deserialize;
 use serde::de::MapAccess;
 use serde::de::value::MapAccessDeserializer;
-use serde::{Deserialize, Deserializer};
 
 use super::exactly::exactly;
 use super::toml_error::not_finite;
@@ -14,7 +14,7 @@ use crate::machine::HydraulicsSpec;
 use super::{
     FieldSpec, IdentifiedSpec, LinkSigma, MachineError, OneOf, PlausibilitySpec, PredictionSpec,
     PresenceSpec, QuasiStaticSpec, SignalsSpec, SupportOrigin, SupportSpec, SuspensionControl,
-    TrackSpec, WeighedSpec, explained, one_of,
+    TrackSpec, WeighedSpec, explained,
 };
 
 /// The machine file; the project's machine-file reference describes every key.
@@ -244,11 +244,7 @@ impl<'de> OneOf<'de> for Stiffness {
     }
 }
 
-impl<'de> Deserialize<'de> for Stiffness {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        one_of(deserializer)
-    }
-}
+crate::read_one_of!(Stiffness, PayloadMass);
 
 /// Assumption about the shape of the ground.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
@@ -359,12 +355,6 @@ impl<'de> OneOf<'de> for PayloadMass {
     fn of_table<A: MapAccess<'de>>(table: A) -> Option<Result<Self, A::Error>> {
         let signal = MassSignal::deserialize(MapAccessDeserializer::new(table));
         Some(signal.map(Self::Signal))
-    }
-}
-
-impl<'de> Deserialize<'de> for PayloadMass {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        one_of(deserializer)
     }
 }
 

@@ -13,7 +13,6 @@ use super::split::Split;
 use super::support_id::SupportId;
 use super::support_polygon::{Edge, SupportPolygon};
 use super::support_spec::SupportKind;
-use super::supports::Supports;
 use super::wheel::{MAX_WHEELS, Wheel};
 use super::{Machine, TorqueJoint};
 use crate::geometry::contact_plane::ContactPlane;
@@ -40,18 +39,6 @@ pub enum SupportSetError {
 }
 
 impl Machine {
-    /// All supports of the machine, those that are off the ground included.
-    #[must_use]
-    pub fn supports(&self) -> &Supports {
-        &self.supports
-    }
-
-    /// The supports on the ground, in the order of [`Machine::wheels`].
-    #[must_use]
-    pub fn stands_on(&self) -> &[SupportId] {
-        &self.stands_on
-    }
-
     /// The polygon around all supports, on the ground or not, for a machine whose supports come and go.
     pub(crate) fn outer_polygon(&self) -> Option<SupportPolygon> {
         (self.supports.vary())

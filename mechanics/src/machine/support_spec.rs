@@ -3,12 +3,12 @@
 //! Every support is a wheel of the machine: a contact point fixed to a body, with a stiffness, that stands on the
 //! ground or not. [`MachineSpec::from_toml`](super::MachineSpec::from_toml) adds them to the wheels.
 
+use serde::Deserialize;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{Error, MapAccess, SeqAccess};
-use serde::{Deserialize, Deserializer};
 
 use super::exactly::exactly;
-use super::one_of::{OneOf, one_of};
+use super::one_of::OneOf;
 use super::signals::{FieldSpec, SWITCH_KEYS};
 
 /// Contact points of a track that states no number of them.
@@ -115,11 +115,7 @@ impl<'de> OneOf<'de> for PresenceSpec {
     }
 }
 
-impl<'de> Deserialize<'de> for PresenceSpec {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        one_of(deserializer)
-    }
-}
+crate::read_one_of!(PresenceSpec);
 
 /// A number of a log that switches.
 #[derive(Debug, Clone, PartialEq, Deserialize)]

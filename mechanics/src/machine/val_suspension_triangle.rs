@@ -1,7 +1,5 @@
 //! Validation: the second paper's triangle of bogie, cylinder and rod equals a `[[linkage]]`.
 
-#![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
-
 use nalgebra::Vector2;
 
 use super::{LogFacts, MachineSpec};

@@ -35,7 +35,7 @@ pub struct Wheel {
 
 impl Wheel {
     /// Deflection of tyres of unknown stiffness under the machine (m).
-    pub const USUAL_SINK: f64 = 0.015;
+    const USUAL_SINK: f64 = 0.015;
 
     /// Whether the machine file states the stiffness of all these wheels.
     pub(crate) fn have_stiffness(wheels: &[Self]) -> bool {
@@ -51,7 +51,8 @@ impl Wheel {
     }
 
     /// Vertical stiffness of each of these wheels (N/m): as stated where it is of all, else that of usual tyres under this weight (N).
-    pub(crate) fn stiffnesses(wheels: &[Self], weight: f64) -> Vec<f64> {
+    #[must_use]
+    pub fn stiffnesses(wheels: &[Self], weight: f64) -> Vec<f64> {
         let is_stated = Self::have_stiffness(wheels);
         let usual = weight / (Self::USUAL_SINK * wheels.len() as f64);
         let stiffness = wheels.iter().map(|wheel| {

@@ -1,6 +1,6 @@
 //! Dual numbers: a value with its derivative along one direction.
 
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::ops::{Div, Mul};
 
 use super::real::Real;
 
@@ -38,28 +38,6 @@ impl<T: Real> Dual<T> {
     }
 }
 
-impl<T: Real> Add for Dual<T> {
-    type Output = Self;
-    #[inline]
-    fn add(self, other: Self) -> Self {
-        Self {
-            value: self.value + other.value,
-            slope: self.slope + other.slope,
-        }
-    }
-}
-
-impl<T: Real> Sub for Dual<T> {
-    type Output = Self;
-    #[inline]
-    fn sub(self, other: Self) -> Self {
-        Self {
-            value: self.value - other.value,
-            slope: self.slope - other.slope,
-        }
-    }
-}
-
 impl<T: Real> Mul for Dual<T> {
     type Output = Self;
     #[inline]
@@ -83,17 +61,7 @@ impl<T: Real> Div for Dual<T> {
     }
 }
 
-impl<T: Real> Neg for Dual<T> {
-    type Output = Self;
-    #[inline]
-    fn neg(self) -> Self {
-        Self {
-            value: -self.value,
-            slope: -self.slope,
-        }
-    }
-}
-
+by_part!([inline] Dual: value, slope);
 from_operations!([T: Real] Dual<T>);
 
 impl<T: Real> Real for Dual<T> {

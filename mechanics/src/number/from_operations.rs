@@ -1,5 +1,30 @@
 //! Common implementations of numbers with derivatives.
 
+/// Sum, difference and negative of a number, part by part.
+macro_rules! by_part {
+    ([$inline:meta] $number:ident: $($part:ident),+) => {
+        by_part!([$inline] $number: $($part),+; Add, add, +);
+        by_part!([$inline] $number: $($part),+; Sub, sub, -);
+
+        impl<T: Real> std::ops::Neg for $number<T> {
+            type Output = Self;
+            #[$inline]
+            fn neg(self) -> Self {
+                Self { $($part: -self.$part),+ }
+            }
+        }
+    };
+    ([$inline:meta] $number:ident: $($part:ident),+; $trait:ident, $method:ident, $sign:tt) => {
+        impl<T: Real> std::ops::$trait for $number<T> {
+            type Output = Self;
+            #[$inline]
+            fn $method(self, other: Self) -> Self {
+                Self { $($part: self.$part $sign other.$part),+ }
+            }
+        }
+    };
+}
+
 /// `op=`, zero and one of a number with derivatives, from its `op` and its `fixed`.
 macro_rules! from_operations {
     ([$($generic:tt)*] $number:ty) => {

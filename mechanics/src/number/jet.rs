@@ -1,6 +1,6 @@
 //! Second-order time derivatives carried along with a value.
 
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::ops::{Div, Mul};
 
 use super::real::Real;
 
@@ -41,30 +41,6 @@ impl<T: Real> Jet<T> {
     }
 }
 
-impl<T: Real> Add for Jet<T> {
-    type Output = Self;
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        Self {
-            value: self.value + other.value,
-            first: self.first + other.first,
-            second: self.second + other.second,
-        }
-    }
-}
-
-impl<T: Real> Sub for Jet<T> {
-    type Output = Self;
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        Self {
-            value: self.value - other.value,
-            first: self.first - other.first,
-            second: self.second - other.second,
-        }
-    }
-}
-
 impl<T: Real> Mul for Jet<T> {
     type Output = Self;
     #[inline(always)]
@@ -95,18 +71,7 @@ impl<T: Real> Div for Jet<T> {
     }
 }
 
-impl<T: Real> Neg for Jet<T> {
-    type Output = Self;
-    #[inline(always)]
-    fn neg(self) -> Self {
-        Self {
-            value: -self.value,
-            first: -self.first,
-            second: -self.second,
-        }
-    }
-}
-
+by_part!([inline(always)] Jet: value, first, second);
 from_operations!([T: Real] Jet<T>);
 
 impl<T: Real> Real for Jet<T> {

@@ -1,5 +1,5 @@
 //! The number type of the equations: `f64` for one sample, [`Lanes`] for four samples at once, dual numbers
-//! for derivatives. One set of equations serves all of them.
+//! for derivatives; and the normal distribution. One set of equations serves all of them.
 //!
 //! Operations are restricted to those that IEEE 754 defines exactly (add, subtract, multiply, divide,
 //! square root, compare): no fused multiply-add, no platform `sin`. Every lane of a [`Lanes`] therefore
@@ -13,6 +13,7 @@ mod dual;
 mod gradient;
 mod jet;
 mod lanes;
+mod normal;
 mod real;
 mod scalar;
 mod sin_cos;
@@ -21,4 +22,5 @@ pub use dual::Dual;
 pub use gradient::Gradient;
 pub use jet::Jet;
 pub use lanes::{LaneMask, Lanes};
+pub use normal::{BEYOND_SURE, SURE_SIGMAS, normal_density, normal_distribution};
 pub use real::{Mask, Real, Wheels};

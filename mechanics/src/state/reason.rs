@@ -48,27 +48,15 @@ const OF_SIGNALS: [[Reason; 2]; 4] = [
     [Reason::ToolWrenchGap, Reason::ToolWrenchFault],
 ];
 
-/// A set of reasons.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
-pub struct Reasons(u16);
+named_set! {
+    /// A set of reasons.
+    pub struct Reasons(u16) of Reason;
+}
 
 impl Reasons {
-    /// The empty set.
-    pub const NONE: Self = Self(0);
-
     /// The set of one reason.
     pub(crate) const fn of(reason: Reason) -> Self {
         Self(1 << reason as u8)
-    }
-
-    /// Adds a reason.
-    pub fn add(&mut self, reason: Reason) {
-        self.add_all(Self::of(reason));
-    }
-
-    /// Adds every reason of another set.
-    pub fn add_all(&mut self, others: Self) {
-        self.0 |= others.0;
     }
 
     /// Returns the set without a reason.
@@ -77,22 +65,10 @@ impl Reasons {
         Self(self.0 & !Self::of(reason).0)
     }
 
-    /// Whether the set contains `reason`.
-    #[must_use]
-    pub fn has(self, reason: Reason) -> bool {
-        self.0 >> reason as u8 & 1 == 1
-    }
-
     /// Whether the row is valid: there is no reason, or a doubt alone.
     #[must_use]
     pub fn leave_valid(self) -> bool {
         self.0 & !Self::of(Reason::Contradiction).0 == 0
-    }
-
-    /// Whether there is no reason: the row is valid, and not doubted.
-    #[must_use]
-    pub fn is_empty(self) -> bool {
-        self.0 == 0
     }
 
     /// Whether signals that the row depends on contradict each other.
@@ -147,17 +123,6 @@ impl Reasons {
     /// Whether a signal is missing, and not because its implausible samples are `left_out`.
     pub(crate) fn have_gap_besides(self, left_out: Self) -> bool {
         (OF_SIGNALS.iter()).any(|[gap, fault]| self.has(*gap) && !left_out.has(*fault))
-    }
-
-    /// The reasons, in order.
-    pub fn iter(self) -> impl Iterator<Item = Reason> {
-        Reason::ALL.into_iter().filter(move |&r| self.has(r))
-    }
-
-    /// The set as bits, for messages and files; see [`Self::from_bits`].
-    #[must_use]
-    pub fn bits(self) -> u16 {
-        self.0
     }
 
     /// The set with these bits; unknown bits are ignored.

@@ -25,6 +25,9 @@ pub struct Sensors {
     pub commands: usize,
     /// The signals that tell masses of payloads, by their index in [`Machine::payload_signals`].
     pub payload_signals: Vec<usize>,
+    /// Number of signals of forces by which nothing is computed: those of [`Machine::force_signals`]. The state is not estimated from
+    /// them.
+    pub forces: usize,
 }
 
 /// A stream of joint states.
@@ -63,6 +66,8 @@ named! {
         Command,
         /// What tells the mass of a payload: in [`Machine::payload_signals`].
         Payload,
+        /// A force by which nothing is computed, or a pressure of it: in [`Machine::force_signals`].
+        Force,
     }
 }
 
@@ -80,7 +85,8 @@ named! {
 /// - switch: the number that the machine file binds, which counts as on from its threshold on;
 /// - load: the load of one or more supports (N);
 /// - command: the rate that is asked of a joint (rad/s or m/s), NaN while none is;
-/// - payload: its mass (kg), or force (N) or pressure (Pa) of the cylinder that lifts it.
+/// - payload: its mass (kg), or force (N) or pressure (Pa) of the cylinder that lifts it;
+/// - force: force (N), positive when it extends the rod, or pressure in a chamber (Pa).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample<'a> {
     /// The sensor.
@@ -183,7 +189,7 @@ impl Sensors {
     }
 
     /// All sensors in their fixed order: those of [`Sensors::iter`], the switches, the load sensors, the commands, the
-    /// signals of payloads.
+    /// signals of payloads, those of forces by which nothing is computed.
     pub fn all(&self) -> impl Iterator<Item = Sensor> {
         let beside = NumberKind::ALL.into_iter();
         let beside = beside.filter(|&kind| kind != NumberKind::Actuator);
@@ -199,6 +205,7 @@ impl Sensors {
             NumberKind::Load => (self.loads, &[][..]),
             NumberKind::Command => (self.commands, &[][..]),
             NumberKind::Payload => (0, &self.payload_signals[..]),
+            NumberKind::Force => (self.forces, &[][..]),
         };
         let indices = (0..count).chain(stated.iter().copied());
         indices.map(move |index| Sensor::Number(kind, index))
@@ -258,6 +265,7 @@ impl MatchedSensors {
                 loads: machine.load_sensors().len(),
                 commands: machine.joint_commands().len(),
                 payload_signals: (0..machine.payload_signals().len()).collect(),
+                forces: machine.force_signals().len(),
                 ..Sensors::default()
             },
             streams: Vec::new(),

@@ -1,7 +1,5 @@
 //! Verifies the analytic model against Newton-Euler for machines with bogies, knuckles and arms.
 
-#![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
-
 use nalgebra::Vector3;
 use proptest::prelude::*;
 

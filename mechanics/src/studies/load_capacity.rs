@@ -174,8 +174,6 @@ impl LadenMachine {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
-
     use super::*;
     use crate::machine::{LogFacts, MachineSpec};
 

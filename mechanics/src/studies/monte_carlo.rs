@@ -165,11 +165,11 @@ impl Band {
     }
 
     /// Appends the rows of `other`, which come after these.
-    pub fn append(&mut self, mut other: Self) {
-        self.low.append(&mut other.low);
-        self.high.append(&mut other.high);
-        self.sigma.append(&mut other.sigma);
-        self.left_out.append(&mut other.left_out);
+    pub fn append(&mut self, other: &Self) {
+        self.low.extend_from_slice(&other.low);
+        self.high.extend_from_slice(&other.high);
+        self.sigma.extend_from_slice(&other.sigma);
+        self.left_out.extend_from_slice(&other.left_out);
     }
 
     /// Takes the samples of one row and sorts them in place.

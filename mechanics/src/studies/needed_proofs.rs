@@ -21,12 +21,37 @@ const POSITIONS: u32 = 5;
 const UNLIMITED_TURN: f64 = std::f64::consts::PI;
 const UNLIMITED_SLIDE: f64 = 0.5;
 
+/// Proofs that the loads of a machine need.
+#[derive(Debug, Clone)]
+pub struct NeededProofs {
+    /// On any set of supports.
+    proofs: Proofs,
+    /// Supports whose loads are measured: on these alone, the loads need nothing of the ground.
+    measured_supports: Vec<SupportId>,
+}
+
+impl NeededProofs {
+    /// All proofs: where it is not known which the loads need.
+    pub const ALL: Self = Self {
+        proofs: Proofs::ALL,
+        measured_supports: Vec::new(),
+    };
+
+    /// Returns the proofs that the loads need on these supports; `None` for supports that do not vary, or are unknown.
+    #[must_use]
+    pub fn on(&self, supports: Option<&[SupportId]>) -> Proofs {
+        let mut needed = self.proofs;
+        if supports.is_some_and(|on| on.iter().all(|id| self.measured_supports.contains(id))) {
+            needed.remove(Proof::Ground);
+        }
+        needed
+    }
+}
+
 impl Machine {
     /// Returns the signals on which the loads depend, with these sensors, among those that a commissioning or a motion can prove.
-    /// Of supports that come and go these are the proofs on any set of them: on [`Self::measured_supports`] alone, the ground
-    /// needs none.
     #[must_use]
-    pub fn needed_proofs(&self, sensors: &Sensors) -> Proofs {
+    pub fn needed_proofs(&self, sensors: &Sensors) -> NeededProofs {
         let mut needed = Proofs::NONE;
         if sensors.imu {
             needed.add(Proof::SpecificForce);
@@ -68,12 +93,14 @@ impl Machine {
                 needed.add(Proof::Joint(joint));
             }
         }
-        needed
+        NeededProofs {
+            proofs: needed,
+            measured_supports: measured,
+        }
     }
 
     /// Returns the supports whose loads these sensors measure. On these alone, nothing of the split of the load is open.
-    #[must_use]
-    pub fn measured_supports(&self, sensors: &Sensors) -> Vec<SupportId> {
+    fn measured_supports(&self, sensors: &Sensors) -> Vec<SupportId> {
         let joints = &self.contact().actuated_joints;
         let signals = sensors.actuators.iter();
         signals

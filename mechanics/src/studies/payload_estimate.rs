@@ -226,7 +226,7 @@ impl Row {
 }
 
 /// The sums of the least squares for mass and friction.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Sums {
     rows: f64,
     normal: Matrix2<f64>,
@@ -235,18 +235,6 @@ pub(super) struct Sums {
     squares: f64,
     /// Part of the right side by friction of the whole force, in the rows in which the rod rests.
     at_rest: Vector2<f64>,
-}
-
-impl Default for Sums {
-    fn default() -> Self {
-        Self {
-            rows: 0.0,
-            normal: Matrix2::zeros(),
-            right: Vector2::zeros(),
-            squares: 0.0,
-            at_rest: Vector2::zeros(),
-        }
-    }
 }
 
 impl Sums {

@@ -3,7 +3,7 @@
 use super::limits::{HOLD_NS, RELEASE_BELOW};
 
 /// An alarm with a threshold on the utilisation.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Alarm {
     threshold: f64,
     is_on: bool,
@@ -15,8 +15,7 @@ impl Alarm {
     pub(super) fn new(threshold: f64) -> Self {
         Self {
             threshold,
-            is_on: false,
-            low_since_ns: None,
+            ..Self::default()
         }
     }
 

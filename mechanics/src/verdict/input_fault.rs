@@ -91,47 +91,12 @@ impl From<FaultKind> for InputFault {
     }
 }
 
-/// A set of faults of the input.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
-pub struct InputFaults(u32);
+named_set! {
+    /// A set of faults of the input.
+    pub struct InputFaults(u32) of InputFault;
+}
 
 impl InputFaults {
-    /// The empty set.
-    pub const NONE: Self = Self(0);
-
-    /// Adds a fault.
-    pub fn add(&mut self, fault: InputFault) {
-        self.0 |= 1 << fault as u8;
-    }
-
-    /// Adds every fault of another set.
-    pub fn add_all(&mut self, others: Self) {
-        self.0 |= others.0;
-    }
-
-    /// Whether the set contains `fault`.
-    #[must_use]
-    pub fn has(self, fault: InputFault) -> bool {
-        self.0 >> fault as u8 & 1 == 1
-    }
-
-    /// Whether the set is empty.
-    #[must_use]
-    pub fn is_empty(self) -> bool {
-        self.0 == 0
-    }
-
-    /// The faults, in order.
-    pub fn iter(self) -> impl Iterator<Item = InputFault> {
-        InputFault::ALL.into_iter().filter(move |&f| self.has(f))
-    }
-
-    /// The set as bits, for messages and files; see [`Self::from_bits`].
-    #[must_use]
-    pub fn bits(self) -> u32 {
-        self.0
-    }
-
     /// The set with these bits. Unknown bits are kept: a fault that only a newer program knows remains a fault.
     #[must_use]
     pub fn from_bits(bits: u32) -> Self {

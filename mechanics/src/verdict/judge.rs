@@ -31,6 +31,8 @@ pub struct RowFacts {
     pub is_wheel_unloaded: bool,
     /// Whether the platform falls, by gyro and attitude alone: danger, whatever is wrong with the rest.
     pub rotates: bool,
+    /// Whether supports take the weight that were in the air on the last set of supports that was known.
+    pub takes_support: bool,
     /// Proofs that the loads depend on and that are still missing.
     pub unproven: Proofs,
     /// Input problems since the preceding row.
@@ -67,7 +69,7 @@ pub struct HeldProblems {
 }
 
 /// Computes the verdict for every row.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Judge {
     notice: Alarm,
     warning: Alarm,
@@ -91,6 +93,8 @@ pub struct Judge {
     danger_rows: u32,
     /// Whether the platform rotated about an edge in the last row.
     rotates: bool,
+    /// What was before the last danger by loads began.
+    before_danger: Option<BeforeDanger>,
     latch: Latch,
     /// Whether a known level below that of the latched alarm has been reached since the alarm was raised.
     is_over: bool,
@@ -98,6 +102,18 @@ pub struct Judge {
     is_inherited: bool,
     alarms: u64,
     verdict: Verdict,
+}
+
+/// Alarms before a danger began.
+#[derive(Debug, Clone, Copy)]
+struct BeforeDanger {
+    /// Time of the first row in danger (ns).
+    since_ns: i64,
+    /// Notice, warning and danger.
+    alarms: [Alarm; 3],
+    latch: Latch,
+    is_over: bool,
+    is_inherited: bool,
 }
 
 /// Assessment of a single row.
@@ -121,23 +137,7 @@ impl Judge {
             notice: Alarm::new(limits.notice),
             warning: Alarm::new(limits.warning),
             danger: Alarm::new(limits.limit),
-            first_row_ns: None,
-            was_valid: false,
-            good_rows: 0,
-            implausible_rows: 0,
-            fault_ns: None,
-            caution_ns: None,
-            doubt_ns: None,
-            held: HeldProblems::default(),
-            left_out: Reasons::NONE,
-            is_missing: false,
-            danger_rows: 0,
-            rotates: false,
-            latch: Latch::default(),
-            is_over: false,
-            is_inherited: false,
-            alarms: 0,
-            verdict: Verdict::default(),
+            ..Self::default()
         }
     }
 
@@ -208,6 +208,10 @@ impl Judge {
             0
         };
         let standing = self.standing(row, row.time_ns.saturating_sub(first));
+        if row.takes_support && standing == RowAssessment::Unknown {
+            self.withdraw_danger(row.time_ns);
+        }
+        let before = self.before_danger(row.time_ns);
         match standing {
             RowAssessment::Known if !row.is_wheel_unloaded => {
                 self.each_alarm(|alarm| alarm.take(row.utilisation, row.time_ns));
@@ -218,6 +222,11 @@ impl Judge {
             RowAssessment::Unknown | RowAssessment::Failed => self.each_alarm(Alarm::skip),
         }
         let is_faulty = standing == RowAssessment::Failed || !row.conditions.faults.is_empty();
+        if standing == RowAssessment::Tipping || is_faulty {
+            self.before_danger = None;
+        } else if standing == RowAssessment::Known && before.is_some() {
+            self.before_danger = before.filter(|_| self.danger.is_on());
+        }
         let is_good = standing == RowAssessment::Known && !is_faulty;
         self.was_valid |= is_good;
         self.good_rows = if is_good {
@@ -329,6 +338,32 @@ impl Judge {
         } else {
             RowAssessment::Unknown
         }
+    }
+
+    /// What is before a danger that may begin in the row at this time; `None` while there is one.
+    fn before_danger(&self, time_ns: i64) -> Option<BeforeDanger> {
+        (!self.danger.is_on()).then_some(BeforeDanger {
+            since_ns: time_ns,
+            alarms: [self.notice, self.warning, self.danger],
+            latch: self.latch,
+            is_over: self.is_over,
+            is_inherited: self.is_inherited,
+        })
+    }
+
+    /// Takes back a danger by loads that has just begun: the weight was passing to other supports already, before they told so, and
+    /// the loads were those without them. A foot that leaves the ground in a fall sets no other support, and a platform that falls
+    /// rotates: that stays danger.
+    fn withdraw_danger(&mut self, time_ns: i64) {
+        let before = self.before_danger.take();
+        let has_just_begun = |it: &BeforeDanger| time_ns.saturating_sub(it.since_ns) < HOLD_NS;
+        let Some(before) = before.filter(has_just_begun) else {
+            return;
+        };
+        [self.notice, self.warning, self.danger] = before.alarms;
+        self.latch = before.latch;
+        (self.is_over, self.is_inherited) = (before.is_over, before.is_inherited);
+        self.danger_rows = 0;
     }
 
     fn each_alarm(&mut self, act: impl Fn(&mut Alarm)) {
@@ -445,6 +480,7 @@ mod tests {
                 utilisation,
                 is_wheel_unloaded: false,
                 rotates: false,
+                takes_support: false,
                 unproven: Proofs::NONE,
                 conditions,
                 is_acknowledged: false,
@@ -467,6 +503,7 @@ mod tests {
                 utilisation,
                 is_wheel_unloaded: false,
                 rotates: false,
+                takes_support: false,
                 unproven: Proofs::NONE,
                 conditions: Conditions::default(),
                 is_acknowledged: true,
@@ -500,6 +537,7 @@ mod tests {
             utilisation: 0.05,
             is_wheel_unloaded: true,
             rotates: false,
+            takes_support: false,
             unproven: Proofs::NONE,
             conditions: Conditions::default(),
             is_acknowledged: false,

@@ -51,6 +51,17 @@ impl Level {
         }
     }
 
+    /// Its number in `diagnostic_msgs/DiagnosticStatus`: OK, WARN, ERROR and STALE.
+    #[must_use]
+    pub fn diagnostic(self) -> u8 {
+        match self {
+            Self::Safe => 0,
+            Self::Assumed | Self::Notice | Self::Warning => 1,
+            Self::Danger | Self::Fault => 2,
+            Self::Unknown => 3,
+        }
+    }
+
     /// Whether the level says that every wheel carries enough load, be the sensors proven or not.
     #[must_use]
     pub fn sees_no_danger(self) -> bool {

@@ -24,6 +24,7 @@ impl Rows {
                 utilisation: 0.1,
                 is_wheel_unloaded: false,
                 rotates: false,
+                takes_support: false,
                 unproven: Proofs::NONE,
                 conditions: Conditions::default(),
                 is_acknowledged: false,
@@ -171,6 +172,77 @@ fn unknown_supports_are_never_safe() {
     assert_eq!(rows.give(moving), Level::Unknown);
     assert_eq!(rows.good(9), Level::Unknown);
     assert_eq!(rows.good(1), Level::Safe);
+}
+
+/// Jacks are retracted: the wheels touch the ground before the switches tell so, and the blow shows as danger on the feet.
+// requirement: TW-VERDICT-14
+#[test]
+fn danger_by_loads_that_has_just_begun_is_of_the_supports_that_take_the_weight() {
+    let passes = |row: &mut RowFacts| {
+        row.reasons.add(Reason::SupportsUnknown);
+        (row.utilisation, row.takes_support) = (f64::NAN, true);
+    };
+    let danger = |row: &mut RowFacts| row.utilisation = 2.8;
+    for count in [1, 5, 90] {
+        let mut rows = Rows::safe();
+        (0..count).for_each(|_| assert_eq!(rows.give(danger), Level::Danger));
+        assert_eq!(rows.latched(), Level::Danger);
+        assert_eq!(rows.give(passes), Level::Unknown, "{count}");
+        assert_eq!(rows.latched(), Level::Unknown);
+        assert_eq!(rows.good(20), Level::Safe);
+        assert_eq!(rows.latched(), Level::Safe);
+    }
+    // an alarm of before stays, acknowledged or not
+    let mut rows = Rows::safe();
+    rows.give(danger);
+    rows.good(200);
+    rows.give(danger);
+    rows.give(passes);
+    assert_eq!(rows.latched(), Level::Danger);
+}
+
+// requirement: TW-VERDICT-14
+#[test]
+fn danger_that_lasts_or_rotates_is_no_change_of_supports() {
+    let danger = |row: &mut RowFacts| row.utilisation = 2.8;
+    let unknown = |row: &mut RowFacts| {
+        row.reasons.add(Reason::SupportsUnknown);
+        row.utilisation = f64::NAN;
+    };
+    let passes = |row: &mut RowFacts| {
+        unknown(row);
+        row.takes_support = true;
+    };
+    // longer than the time in which the weight passes
+    let mut rows = Rows::safe();
+    for _ in 0..101 {
+        rows.give(danger);
+    }
+    assert_eq!(rows.give(passes), Level::Danger);
+    // what failed meanwhile stays latched
+    let mut rows = Rows::safe();
+    rows.give(danger);
+    rows.give(|row| row.reasons.add(Reason::LinkageOpen));
+    rows.give(passes);
+    assert!(matches!(rows.latched(), Level::Danger | Level::Fault));
+    // a foot leaves the ground, and no other support is set
+    let mut rows = Rows::safe();
+    rows.give(danger);
+    assert_eq!(rows.give(unknown), Level::Danger);
+    assert_eq!(rows.latched(), Level::Danger);
+    // the platform falls, before its supports are set or then
+    let mut rows = Rows::safe();
+    rows.give(danger);
+    rows.give(|row| row.rotates = true);
+    assert_eq!(rows.give(passes), Level::Danger);
+    let mut rows = Rows::safe();
+    rows.give(danger);
+    let falls = |row: &mut RowFacts| {
+        passes(row);
+        row.rotates = true;
+    };
+    assert_eq!(rows.give(falls), Level::Danger);
+    assert_eq!(rows.latched(), Level::Danger);
 }
 
 // requirement: TW-VERDICT-10

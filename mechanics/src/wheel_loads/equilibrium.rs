@@ -193,33 +193,28 @@ impl<T: Real> Equations<T> {
     /// ```
     /// which is the standard deviation of the torque.
     pub(crate) fn set_free_joints(&mut self, machine: &Machine, distal: &DistalSubtrees<'_, T>) {
+        let places = || self.factor[2][..self.wheels].iter();
+        let mean =
+            places().fold(T::zero(), |sum, &behind| sum + behind) / T::constant(self.wheels as f64);
+        let squares = places().fold(T::zero(), |sum, &behind| {
+            sum + (mean - behind) * (mean - behind)
+        });
         let joints = machine.contact.free_joints.iter().zip(distal.wrenches);
         for (k, (joint, wrench)) in joints.enumerate() {
             self.set_distal_wheels(3 + k, joint, distal);
             let motion = &distal.motions[joint.body];
             let axis = z_axis(&motion.rotation);
             self.value[3 + k] = axis.dot(&wrench.about(&motion.origin).moment);
-            self.side_torque[k] = distal.spin * self.torque_by_spin(joint, distal);
-        }
-    }
-
-    /// T(14a) about a joint per moment about the normal.
-    fn torque_by_spin(&self, joint: &TorqueJoint, distal: &DistalSubtrees<'_, T>) -> T {
-        let motion = &distal.motions[joint.body];
-        let axis = z_axis(&motion.rotation);
-        let wheels = || self.factor[2][..self.wheels].iter().enumerate();
-        let behind = wheels().fold(T::zero(), |sum, (_, &behind)| sum + behind)
-            / T::constant(self.wheels as f64);
-        let (mut torque, mut squares) = (T::zero(), T::zero());
-        for (wheel, &place) in wheels() {
-            let ahead = behind - place;
-            squares += ahead * ahead;
-            if joint.supports_wheel[wheel] {
-                let contact = distal.contact(wheel) - motion.origin;
-                torque += axis.dot(&contact.cross(&distal.plane.left)) * ahead;
+            let mut torque = T::zero();
+            for (wheel, &behind) in self.factor[2][..self.wheels].iter().enumerate() {
+                if joint.supports_wheel[wheel] {
+                    let contact = distal.contact(wheel) - motion.origin;
+                    torque += axis.dot(&contact.cross(&distal.plane.left)) * (mean - behind);
+                }
             }
+            let by_spin = T::select(T::zero().lt(squares), torque / squares, T::zero());
+            self.side_torque[k] = distal.spin * by_spin;
         }
-        T::select(T::zero().lt(squares), torque / squares, T::zero())
     }
 
     /// Variance of a load by T(14a), of its `response` to the value of each row (N^2). One moment turns all joints.

@@ -1,9 +1,9 @@
 //! The keys of a sheet.
 
+use serde::Deserialize;
 use serde::de::MapAccess;
 use serde::de::value::MapAccessDeserializer;
-use serde::{Deserialize, Deserializer};
-use tipwatch_mechanics::machine::{OneOf, exactly, exactly_if_any, explained, one_of};
+use tipwatch_mechanics::machine::{OneOf, exactly, exactly_if_any, explained};
 
 use crate::error::SheetError;
 use crate::prior::Template;
@@ -293,11 +293,7 @@ impl<'de> OneOf<'de> for OutriggersSet {
     }
 }
 
-impl<'de> Deserialize<'de> for OutriggersSet {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        one_of(deserializer)
-    }
-}
+tipwatch_mechanics::read_one_of!(OutriggersSet);
 
 /// A number in a log that shows whether something is on.
 #[derive(Debug, Clone, PartialEq, Deserialize)]

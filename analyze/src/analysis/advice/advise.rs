@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 use tipwatch_language::{say, word};
 use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::number::{SURE_SIGMAS, normal_distribution};
 use tipwatch_mechanics::{ForcesByRule, Parameter};
 
 use super::super::sensitivity::SensitivityTable;
@@ -18,12 +19,10 @@ use super::solve::{Bounds, Solution, solve};
 use super::window::{FARTHEST_REST_NS, LONGEST_TIPPING_NS, MARGIN_NS, Window, event_around};
 use crate::base::number::{known, percent, short};
 use crate::base::table::Table;
-use crate::events::{Event, EventKind, LowestOtf, ShownBy, normal_distribution};
+use crate::events::{Event, EventKind, LowestOtf, ShownBy};
 
 /// Share of an event's rows whose state may be unknown.
 const MOST_LEFT_OUT: f64 = 0.1;
-/// A change brings the computed load above its limit by so many standard deviations where it can.
-const AIMED_SIGMAS: f64 = 2.0;
 /// Most rows of an event that is simulated: half an hour at 100 Hz.
 const MOST_ROWS: usize = 180_000;
 
@@ -74,7 +73,7 @@ pub(crate) fn advise(
     let logged = as_logged(&window);
     let bounds = bounds(machine, &logged, &limit);
     let sigmas = sigmas(&window, None, &logged);
-    let sure = bounds.with_margin(|wheel| AIMED_SIGMAS * sigmas[wheel].unwrap_or(0.0));
+    let sure = bounds.with_margin(|wheel| SURE_SIGMAS * sigmas[wheel].unwrap_or(0.0));
     let first_order = |parameter: Parameter| {
         let mut table = sensitivity.rows.iter();
         let wheel = standing.named_wheel(worst.wheel);

@@ -148,6 +148,7 @@ fn turn_less<T: Real>(k: f64, state: &mut State<T>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::base::rigid::rigid;
 
     const G: f64 = 9.81;
 
@@ -166,17 +167,10 @@ mod tests {
         state
     }
 
-    fn machine() -> Machine {
-        let text = include_str!("../../../../mechanics/tests/data/rigid.toml");
-        let spec = tipwatch_mechanics::MachineSpec::from_toml(text, "rigid.toml").unwrap();
-        let urdf = include_str!("../../../../mechanics/tests/data/rigid.urdf");
-        spec.check(urdf, "rigid.urdf", Default::default()).unwrap()
-    }
-
     /// Half the speed at every place: lateral acceleration v^2 / R and braking fall to a quarter, gravity stays.
     #[test]
     fn a_slower_manoeuvre_is_the_same_path_in_stretched_time() {
-        let mut state = driving(&machine(), 1.0);
+        let mut state = driving(&rigid(), 1.0);
         Change::SlowerManoeuvre.apply(0.5, f64::NAN, &mut state);
         let (speed, joint) = (0.5 * 3.5, state.joints[0]);
         let expected = Vector3::new(-0.25 * 1.5, 0.1 * speed * speed, G);
@@ -191,7 +185,7 @@ mod tests {
     /// Less braking leaves more speed for the curve: its lateral acceleration grows.
     #[test]
     fn a_machine_that_brakes_less_is_faster_in_the_curve() {
-        let mut state = driving(&machine(), 1.0);
+        let mut state = driving(&rigid(), 1.0);
         Change::LessForwardAcceleration.apply(0.4, 5.0, &mut state);
         let speed = 5.0 - 0.6 * 1.5;
         let expected = Vector3::new(-0.6 * 1.5, 0.35 * speed, G);
@@ -201,7 +195,7 @@ mod tests {
 
     #[test]
     fn a_wider_curve_at_the_same_speed_has_less_lateral_acceleration() {
-        let mut state = driving(&machine(), 1.0);
+        let mut state = driving(&rigid(), 1.0);
         Change::WiderCurve.apply(0.2, 5.0, &mut state);
         let expected = Vector3::new(-1.5, 0.8 * 0.1 * 3.5 * 3.5, G);
         assert!((state.imu.specific_force - expected).norm() < 1e-12);
@@ -210,7 +204,7 @@ mod tests {
 
     #[test]
     fn an_amount_of_zero_changes_nothing() {
-        let logged = driving(&machine(), 0.3);
+        let logged = driving(&rigid(), 0.3);
         for change in [
             Change::JointOffset(0),
             Change::SlowerArm,

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use tipwatch_language::word;
 use tipwatch_mechanics::machine::{Machine, Parameter, Split};
+use tipwatch_mechanics::number::normal_distribution;
 use tipwatch_mechanics::{
     BatchEvaluator, ForcesByRule, Placement, Scope, State, StateColumns, Workspace,
     combination_sigma, evaluate,
@@ -21,7 +22,6 @@ use crate::base::number::known;
 use crate::base::table::Table;
 use crate::events::{
     Answer, Counterfactual, Event, EventKind, Reply, ShownBy, Supposition, factors_off,
-    normal_distribution,
 };
 
 /// The rows before an event that belong to the same manoeuvre (ns).

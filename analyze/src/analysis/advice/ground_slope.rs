@@ -361,8 +361,6 @@ fn lean_of(on_tyres: &LeanOnTyres, ground: &Wrench<f64>) -> Option<(Vector2<f64>
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
     use std::path::Path;
 
     use tipwatch_binding::MachineFile;

@@ -15,7 +15,7 @@ const SIGMA_BY_MAD: f64 = 1.4826;
 const OVERLAP: usize = 4;
 
 /// Measures one number.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Meter {
     name: String,
     unit: &'static str,
@@ -40,7 +40,7 @@ pub(super) struct Meter {
 }
 
 /// An extreme value, and the samples that hold it.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 struct Extreme {
     value: f64,
     held: u64,
@@ -53,20 +53,10 @@ impl Meter {
             name,
             unit,
             may_rest,
-            samples: 0,
             least: at(f64::INFINITY),
             greatest: at(f64::NEG_INFINITY),
-            last: None,
-            longest_constant_ns: 0,
-            changes: Vec::new(),
             least_change: f64::INFINITY,
-            span: Vec::new(),
-            before: 0,
-            means: Vec::new(),
-            rms: Vec::new(),
-            greatest_rms: None,
-            outliers: 0,
-            is_judged: false,
+            ..Self::default()
         }
     }
 

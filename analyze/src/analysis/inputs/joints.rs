@@ -104,6 +104,7 @@ pub(super) fn scales(loaded: &LoadedLog) -> Vec<GrossInput> {
 }
 
 /// Observations of a joint in one pass over the samples of a signal.
+#[derive(Default)]
 struct JointSamples {
     slides: bool,
     is_wheel: bool,
@@ -122,10 +123,7 @@ impl JointSamples {
             .map(|&joint| Self {
                 slides: loaded.machine.joint_slides(joint),
                 is_wheel: loaded.machine.joints()[joint].spins_wheel.is_some(),
-                range: None,
-                proportion: Proportion::default(),
-                last: None,
-                compared: [0.0; 3],
+                ..Self::default()
             })
             .collect();
         let recording = &signal.recording;
@@ -353,14 +351,7 @@ mod tests {
 
     #[test]
     fn several_samples_of_one_stamp_make_no_velocity_too_large() {
-        let mut seen = JointSamples {
-            slides: false,
-            is_wheel: false,
-            range: None,
-            proportion: Proportion::default(),
-            last: None,
-            compared: [0.0; 3],
-        };
+        let mut seen = JointSamples::default();
         // 100 samples a second with stamps of a tenth of a second
         let mut last = 0;
         for k in 0..3000 {

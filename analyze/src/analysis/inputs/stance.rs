@@ -279,13 +279,10 @@ fn quiet_windows(rows: &EstimatedRows) -> Vec<Range<usize>> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
-
     use std::f64::consts::FRAC_PI_2;
 
-    use tipwatch_mechanics::machine::{LogFacts, MachineSpec};
-
     use super::*;
+    use crate::base::rigid::rigid;
 
     /// States of a machine that turned by 14 degrees in a second and rests, from there backwards: as the gyro shows a share of the turn,
     /// at a speed (m/s).
@@ -310,10 +307,7 @@ mod tests {
 
     #[test]
     fn a_machine_that_turned_on_the_spot_fell_before_it_rested() {
-        let spec = include_str!("../../../../mechanics/tests/data/rigid.toml");
-        let urdf = include_str!("../../../../mechanics/tests/data/rigid.urdf");
-        let spec = MachineSpec::from_toml(spec, "rigid.toml").unwrap();
-        let machine = spec.check(urdf, "rigid.urdf", LogFacts::default()).unwrap();
+        let machine = rigid();
         let fell = |shown, speed| fell(&machine, turned(&machine, shown, speed).into_iter());
         assert!(fell(1.0, 0.0));
         assert!(!fell(1.0, 20.0), "on a ramp");

@@ -4,6 +4,7 @@ use std::sync::OnceLock;
 
 use tipwatch_mechanics::estimation::quasi_static::{MotionRange, UnobservedMotion};
 use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::number::SURE_SIGMAS;
 use tipwatch_mechanics::studies::unobserved::UnobservedLoads;
 use tipwatch_mechanics::{Quantity, State, largest_utilisation};
 
@@ -101,10 +102,10 @@ impl Widening for StaticRows {
             let is_bounded = at.is_bounded && until.is_bounded;
             let reach = is_bounded.then(|| loads.reach(machine, &state, &until));
             for (wheel, reach) in reach.iter().flatten().enumerate() {
-                let (place, two_sigma) = (&places.wheels[wheel], 2.0 * sigmas[wheel]);
+                let (place, two_sigma) = (&places.wheels[wheel], SURE_SIGMAS * sigmas[wheel]);
                 let mut band = [reach.least_otf - two_sigma, reach.largest_otf + two_sigma];
                 if is_measured {
-                    let two_sigma = 2.0 * columns[place.otf_sigma][row];
+                    let two_sigma = SURE_SIGMAS * columns[place.otf_sigma][row];
                     let otf = columns[place.otf][row];
                     band = around(band, [otf - two_sigma, otf + two_sigma]);
                 }

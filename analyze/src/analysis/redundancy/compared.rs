@@ -1,39 +1,9 @@
-//! Rows at which a measured number is compared with a computed one, and the spans in which the two contradict each other.
+//! The spans of rows in which a measured number and a computed one contradict each other.
 
 use tipwatch_mechanics::machine::{FaultKind, Policy};
+use tipwatch_mechanics::studies::measured_forces::Compared;
 
 use crate::events::{Event, EventKind, InputFault};
-
-/// Shortest contradiction (ns), and the fewest rows of one.
-const LEAST_NS: i64 = 2_000_000_000;
-const FEWEST_ROWS: usize = 4;
-
-/// A compared row.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Compared {
-    pub(super) time_ns: i64,
-    /// Measured value, in the unit of the quantity.
-    pub(super) measured: f64,
-    /// Computed value, in the same unit.
-    pub(super) computed: f64,
-    /// Difference from which on the two contradict each other, in the same unit.
-    pub(super) limit: f64,
-}
-
-impl Compared {
-    /// Measured minus computed.
-    fn residual(&self) -> f64 {
-        self.measured - self.computed
-    }
-
-    fn is_off(&self) -> bool {
-        self.residual().abs() > self.limit
-    }
-
-    fn excess(&self) -> f64 {
-        self.residual().abs() / self.limit
-    }
-}
 
 /// An event for each span of rows that are off long enough.
 pub(super) fn events(rows: &[Compared], subject: &str, unit: &'static str) -> Vec<Event> {
@@ -45,10 +15,8 @@ fn spans(rows: &[Compared]) -> impl Iterator<Item = &[Compared]> {
     spans.filter(|span| span[0].is_off() && is_long(span))
 }
 
-/// Whether consecutive rows last long enough to be reported.
-pub(super) fn is_long(span: &[Compared]) -> bool {
-    let length = span[span.len() - 1].time_ns.saturating_sub(span[0].time_ns);
-    length >= LEAST_NS && span.len() >= FEWEST_ROWS
+fn is_long(span: &[Compared]) -> bool {
+    Compared::is_long(span[0].time_ns, span[span.len() - 1].time_ns, span.len())
 }
 
 fn event(span: &[Compared], subject: &str, unit: &'static str) -> Event {

@@ -7,9 +7,10 @@ use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
 use tipwatch_mechanics::State;
 use tipwatch_mechanics::machine::LinkageInput;
+use tipwatch_mechanics::studies::measured_forces::Compared;
 
 use super::super::measured_loads::sampled_rows;
-use super::compared::{Compared, events};
+use super::compared::events;
 use crate::base::estimated::EstimatedRows;
 use crate::events::Event;
 use crate::load::LoadedLog;

@@ -23,7 +23,7 @@ pub(crate) fn contradictions(
     forces: &[LinkageForce],
     rows: &EstimatedRows,
 ) -> Vec<Event> {
-    let mut found = forces::contradictions(file, &loaded.machine, forces, rows);
+    let mut found = forces::contradictions(&loaded.machine, forces, rows);
     found.extend(lengths::contradictions(log, file, loaded, rows));
     found
 }

@@ -2,8 +2,9 @@
 //! transmission that has stopped, which the tolerance of the comparison may hide.
 
 use tipwatch_mechanics::machine::FaultKind;
+use tipwatch_mechanics::studies::measured_forces::{Compared, Standstill};
 
-use super::compared::{Compared, is_long, reported};
+use super::compared::reported;
 use crate::events::Event;
 
 /// An event for each such span; `least` is the change of the computed number that the sensor must have noticed.
@@ -15,19 +16,18 @@ pub(super) fn events(
 ) -> Vec<Event> {
     let still = rows.chunk_by(|a, b| a.measured.to_bits() == b.measured.to_bits());
     still
-        .filter(|span| is_long(span))
         .filter_map(|span| event(span, least, subject, unit))
         .collect()
 }
 
 /// The event of a span in which the measured number stands still; `None` if the computed one changes by less.
 fn event(span: &[Compared], least: f64, subject: &str, unit: &'static str) -> Option<Event> {
-    let change = |it: &Compared| it.computed - span[0].computed;
-    let size = |it: &Compared| change(it).abs();
-    let worst = span.iter().max_by(|a, b| size(a).total_cmp(&size(b)))?;
-    (size(worst) > least).then(|| Event {
-        worst: change(worst),
-        worst_ns: worst.time_ns,
+    let mut standstill = Standstill::begin(span[0]);
+    span[1..].iter().for_each(|row| standstill.take(*row));
+    let (worst_ns, worst) = standstill.missed(least)?;
+    Some(Event {
+        worst,
+        worst_ns,
         unit,
         ..reported(span, FaultKind::Frozen, least, subject)
     })

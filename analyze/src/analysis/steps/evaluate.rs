@@ -90,15 +90,13 @@ impl EvaluatedLog {
         let commissioning = commissioning(task.file, loaded)?;
         let commissioned =
             (commissioning.as_ref()).map_or(Commissioned::NONE, |(_, found)| found.proven(machine));
-        let needed = machine.needed_proofs(&loaded.matched.sensors);
         let named = prepared.named(machine);
         let mut table = Table::new(named, rows, scope, &model, record)
             .rotating(rotating)
             .supposing(!task.is_recorded())
             .turning_by_gyro(loaded.matched.sensors.imu)
             .resting_on(ProofRecord {
-                needed,
-                measured_supports: machine.measured_supports(&loaded.matched.sensors),
+                needed: machine.needed_proofs(&loaded.matched.sensors),
                 commissioned,
                 shown: std::mem::take(&mut quality.shown),
             });

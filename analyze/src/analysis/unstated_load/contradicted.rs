@@ -1,12 +1,10 @@
 //! Computed loads that a measured rotation contradicts.
 
 use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::number::SURE_SIGMAS;
 
 use super::result::ExplainedFall;
 use crate::events::{Bound, Event, EventKind};
-
-/// Standard deviations of an onset after which a rotation surely has begun.
-const SURE_SIGMAS: f64 = 2.0;
 
 /// The time in which a rotation surely lasts, first and last (ns). What ended before stood on other wheels.
 fn surely_rotates_ns(rotation: &Event) -> [i64; 2] {

@@ -282,13 +282,11 @@ impl Equations {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
-
     use nalgebra::{Vector2, Vector3};
     use tipwatch_mechanics::State;
-    use tipwatch_mechanics::machine::{LogFacts, MachineSpec};
 
     use super::*;
+    use crate::base::rigid::rigid;
 
     const LEFT: usize = 1;
 
@@ -298,10 +296,7 @@ mod tests {
         set: impl Fn(&mut State<f64>),
         change: impl Fn(&mut State<f64>),
     ) -> [f64; 2] {
-        let spec = include_str!("../../../../mechanics/tests/data/rigid.toml");
-        let urdf = include_str!("../../../../mechanics/tests/data/rigid.urdf");
-        let spec = MachineSpec::from_toml(spec, "rigid.toml").unwrap();
-        let machine = spec.check(urdf, "rigid.urdf", LogFacts::default()).unwrap();
+        let machine = rigid();
         let scene = Scene {
             machine: &machine,
             edge: LEFT,

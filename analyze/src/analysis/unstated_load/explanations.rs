@@ -419,19 +419,13 @@ fn heaviest(machine: &Machine, group: LinkGroup) -> Option<usize> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
-
-    use tipwatch_mechanics::machine::{LogFacts, MachineSpec};
-
     use super::super::rows::FallRows;
     use super::*;
+    use crate::base::rigid::rigid;
 
     #[test]
     fn no_sign_that_is_proven_is_an_explanation() {
-        let spec = include_str!("../../../../mechanics/tests/data/rigid.toml");
-        let urdf = include_str!("../../../../mechanics/tests/data/rigid.urdf");
-        let spec = MachineSpec::from_toml(spec, "rigid.toml").unwrap();
-        let machine = spec.check(urdf, "rigid.urdf", LogFacts::default()).unwrap();
+        let machine = rigid();
         let scene = Scene {
             machine: &machine,
             edge: 1,

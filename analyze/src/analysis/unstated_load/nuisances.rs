@@ -151,25 +151,17 @@ fn rate_before(equations: &Equations, stated: &DVector<f64>) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
-
     use nalgebra::{UnitQuaternion, Vector2, Vector3};
     use tipwatch_mechanics::State;
-    use tipwatch_mechanics::machine::{LogFacts, Machine, MachineSpec};
+    use tipwatch_mechanics::machine::Machine;
 
     use super::super::amounts::RowState;
     use super::super::rows::FallRows;
     use super::*;
+    use crate::base::rigid::rigid;
 
     const LEFT: usize = 1;
     const REAR: usize = 2;
-
-    fn machine() -> Machine {
-        let spec = include_str!("../../../../mechanics/tests/data/rigid.toml");
-        let urdf = include_str!("../../../../mechanics/tests/data/rigid.urdf");
-        let spec = MachineSpec::from_toml(spec, "rigid.toml").unwrap();
-        spec.check(urdf, "rigid.urdf", LogFacts::default()).unwrap()
-    }
 
     fn scene(machine: &Machine, edge: usize) -> Scene<'_> {
         Scene {
@@ -221,7 +213,7 @@ mod tests {
 
     #[test]
     fn the_ground_carries_a_wheel_under_its_axle() {
-        let machine = machine();
+        let machine = rigid();
         let turned = [0.05, 0.2, 0.34];
         let states = turned.map(|angle| row(&machine, 0.5, angle));
         let weight = machine.mass() * machine.gravity();
@@ -252,7 +244,7 @@ mod tests {
     #[test]
     fn wheels_carry_until_the_true_onset() {
         const RATE: f64 = -5000.0;
-        let machine = machine();
+        let machine = rigid();
         let times = [-0.03, -0.02, -0.01, 0.0, 0.01, 0.02, 0.03];
         let onset = times.map(|time_s| row(&machine, time_s, 0.0));
         let scene = scene(&machine, LEFT);

@@ -96,8 +96,6 @@ pub(super) fn factor(covariance: DMatrix<f64>) -> Option<Cholesky<f64, Dyn>> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
     use super::*;
 
     /// Two measurements of one amount with unit noise, amount of prior sigma 2: in closed form.

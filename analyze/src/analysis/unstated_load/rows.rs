@@ -3,6 +3,7 @@
 use nalgebra::{Vector2, Vector3};
 use tipwatch_language::word;
 use tipwatch_mechanics::machine::{LoadOnTool, Machine};
+use tipwatch_mechanics::number::SURE_SIGMAS;
 use tipwatch_mechanics::{Placement, State};
 
 use super::amounts::RowState;
@@ -80,7 +81,7 @@ impl<'a> Reader<'a> {
         let is_free = caught_s(&rotating).map(|at_s| at_s - CAUGHT_S);
         let has_attitude = rotating.first().is_some_and(has_up);
         let largest = (rotating.iter()).fold(0.0, |most: f64, row| most.max(row.rotation_rad));
-        let begins_s = (2.0 * self.fall.onset_sigma_s()).max(AT_ONSET_S);
+        let begins_s = (SURE_SIGMAS * self.fall.onset_sigma_s()).max(AT_ONSET_S);
         let ends = rotating
             .iter()
             .position(|row| row.rotation_rad > LARGEST_RAD);

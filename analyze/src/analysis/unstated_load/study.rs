@@ -3,6 +3,7 @@
 use tipwatch_language::word;
 use tipwatch_mechanics::estimation::plausibility::LeanOnTyres;
 use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::number::SURE_SIGMAS;
 
 use super::amounts::{Scene, Unstated};
 use super::equations::{Equations, Part};
@@ -19,8 +20,6 @@ use crate::events::{Event, EventKind};
 const MOST_FALLS: usize = 5;
 /// Least rotation that is explained (rad): tyres allow less on their own.
 const LEAST_RAD: f64 = 2.0 * std::f64::consts::PI / 180.0;
-/// Of two rotations, the one that began earlier by so many standard deviations was first.
-const SURE_SIGMAS: f64 = 2.0;
 /// Fewest rows of onset and fall.
 const FEWEST_ROWS: usize = 4;
 /// Fewest rows of the lean.

@@ -1,7 +1,5 @@
 //! Falls of simulated machines whose load is known. The onset is that of the simulated contact forces.
 
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
 use std::path::{Path, PathBuf};
 
 use tipwatch_binding::MachineFile;

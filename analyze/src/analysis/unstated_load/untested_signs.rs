@@ -2,13 +2,14 @@
 
 use tipwatch_mechanics::estimation::plausibility::Part;
 use tipwatch_mechanics::machine::{Machine, Parameter, Proof, Proofs};
+use tipwatch_mechanics::number::normal_distribution;
 use tipwatch_mechanics::state::Sensor;
 use tipwatch_mechanics::{Placement, Scope, State, Workspace, combination_sigma, evaluate};
 
 use super::super::standing_rows::StandingRows;
 use super::amounts::reverse;
 use crate::base::table::Table;
-use crate::events::{Event, EventKind, UntestedSign, distances, normal_distribution};
+use crate::events::{Event, EventKind, UntestedSign, distances};
 
 /// Smallest part of a confidence that shows in its digits: smaller reductions are omitted.
 const SHOWS: f64 = 1e-3;
@@ -177,18 +178,12 @@ fn chance(
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
-
-    use tipwatch_mechanics::machine::{LogFacts, MachineSpec};
-
     use super::*;
+    use crate::base::rigid::rigid;
 
     #[test]
     fn a_doubt_contains_the_signs_of_the_encoders_that_it_is_about() {
-        let spec = include_str!("../../../../mechanics/tests/data/rigid.toml");
-        let urdf = include_str!("../../../../mechanics/tests/data/rigid.urdf");
-        let spec = MachineSpec::from_toml(spec, "rigid.toml").unwrap();
-        let machine = spec.check(urdf, "rigid.urdf", LogFacts::default()).unwrap();
+        let machine = rigid();
         let joint = |name: &str| {
             let mut joints = machine.joints().iter();
             joints.position(|joint| joint.name == name).unwrap()

@@ -34,7 +34,7 @@ const MOST_LOST: usize = 3;
 
 /// The findings, the most important first. Times are seconds from the first row.
 ///
-/// Never empty: without a wheel event the first finding states the minimum load, or why there is none.
+/// Never empty: without a wheel event the first finding states the smallest load compared with that at rest, or why there is none.
 #[must_use]
 pub fn findings(analysis: &Analysis) -> Vec<Finding> {
     findings_of(analysis, usize::MAX)

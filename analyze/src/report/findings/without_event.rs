@@ -3,39 +3,46 @@
 use std::collections::BTreeMap;
 
 use tipwatch_language::{say, word};
+use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::state::Reason;
 
 use super::incident::Incident;
 use super::scene::Scene;
 use crate::analysis::Analysis;
+use crate::events::split_rule::is_open;
 use crate::events::support_words::SupportWord;
 use crate::events::{Finding, SHORTEST_NS};
-use crate::page::{number, readable};
+use crate::page::{number, readable, with_band};
 use crate::report::in_band;
 use crate::report::open_split::{self, OpenWheel};
 
-struct LowestLoad {
+/// The smallest load compared with that at rest.
+struct LightestLoad {
     wheel: usize,
     load_n: f64,
+    /// Its standard deviation (N), NaN without one.
+    sigma_n: f64,
     time_ns: i64,
-    valid_rows: usize,
-    /// Of these, rows whose signals contradict each other.
-    doubted_rows: usize,
-    /// Whether equilibrium leaves the load of a wheel open.
+    /// Whether equilibrium leaves the load open.
     is_split_open: bool,
 }
 
 impl Scene {
-    /// The first finding of a log without an event: the minimum load, or why there is none.
+    /// The first finding of a log without an event: the smallest load compared with that at rest, or why there is none.
     pub(super) fn without_event(&self, open: &[OpenWheel], analysis: &Analysis) -> Finding {
-        let Some(lowest) = lowest_load(analysis) else {
+        let Some(lightest) = LightestLoad::of(analysis) else {
             return Finding {
                 headline: say!("{} loads cannot be computed in any row", self.word.head),
                 evidence: reasons(analysis),
             };
         };
-        let wheel = &self.wheels[lowest.wheel];
-        let is_brief = wheel.limit_n.is_some_and(|limit_n| lowest.load_n < limit_n);
+        let wheel = &self.wheels[lightest.wheel];
+        let digest = &analysis.digest;
+        let mut least_n = digest.wheels.iter().zip(&self.wheels);
+        let is_brief = least_n.any(|(found, wheel)| {
+            let below = found.lowest.zip(wheel.limit_n);
+            below.is_some_and(|(lowest, limit_n)| lowest.load_n < limit_n)
+        });
         let claim = match wheel.limit_n {
             Some(_) if is_brief => {
                 let seconds = SHORTEST_NS as f64 * 1e-9;
@@ -73,14 +80,14 @@ impl Scene {
             ),
             None => say!("No {claim}"),
         };
-        let claim = match lowest.doubted_rows {
+        let claim = match digest.doubted_rows {
             0 => claim,
             doubted => say!(
                 "{claim} by the computed loads, which signals contradict in {doubted} of their {} rows",
-                lowest.valid_rows
+                digest.valid_rows
             ),
         };
-        let split = match (open.is_empty(), lowest.is_split_open) {
+        let split = match (open.is_empty(), lightest.is_split_open) {
             _ if self.is_split_stated => String::new(),
             (false, _) => say!(
                 ", if {}; without knowing how the {} it cannot be excluded that {} lost its load",
@@ -109,17 +116,17 @@ impl Scene {
             Some(limit_n) => say!("Load limit of {}: {} N", wheel.named(), number(limit_n)),
             None => word!("No load limit is set").into(),
         };
-        let (rows, valid) = (analysis.rows.len(), lowest.valid_rows);
+        let (rows, valid) = (analysis.rows.len(), digest.valid_rows);
         let scope = (valid < rows)
             .then(|| say!("Based on the {valid} valid rows of {rows}; the others are unknown"));
         let ranges = self.ranges(open);
         Finding {
             headline: say!(
-                "{claim}{split}{between}{band}; the minimum load was {} N ({}) on {} at t = {:.2} s",
-                number(lowest.load_n),
-                wheel.share(lowest.load_n),
+                "{claim}{split}{between}{band}; the smallest load compared with that at rest was {} N ({}) on {} at t = {:.2} s",
+                lightest.in_words(),
+                wheel.share(lightest.load_n),
                 wheel.named(),
-                self.seconds(lowest.time_ns)
+                self.seconds(lightest.time_ns)
             ),
             evidence: [limit].into_iter().chain(ranges).chain(scope).collect(),
         }
@@ -206,20 +213,24 @@ pub(in crate::report) fn reason_counts(analysis: &Analysis) -> BTreeMap<Reason, 
     counts
 }
 
-/// The lowest load of the valid rows, the first of equal ones.
-fn lowest_load(analysis: &Analysis) -> Option<LowestLoad> {
-    let wheels = analysis.digest.wheels.iter().enumerate();
-    let lowest = wheels.filter_map(|(wheel, found)| Some((wheel, found.lowest?)));
-    let (wheel, lowest) = lowest.reduce(|least, next| match next.1.load_n < least.1.load_n {
-        true => next,
-        false => least,
-    })?;
-    Some(LowestLoad {
-        wheel,
-        load_n: lowest.load_n,
-        time_ns: analysis.rows.times_ns[lowest.row],
-        valid_rows: analysis.digest.valid_rows,
-        doubted_rows: analysis.digest.doubted_rows,
-        is_split_open: lowest.is_split_open,
-    })
+impl LightestLoad {
+    fn of(analysis: &Analysis) -> Option<Self> {
+        let (row, wheel) = analysis.digest.lightest?;
+        let found = analysis.rows.window(row..row + 1);
+        Some(Self {
+            wheel,
+            load_n: found.value(Quantity::Load(wheel), 0),
+            sigma_n: found.value(Quantity::LoadSigma(wheel), 0),
+            time_ns: analysis.rows.times_ns[row],
+            is_split_open: is_open(&found, wheel, 0),
+        })
+    }
+
+    /// The load with its band; the number alone without one.
+    fn in_words(&self) -> String {
+        match self.sigma_n.is_finite() {
+            true => with_band(self.load_n, 2.0 * self.sigma_n),
+            false => number(self.load_n),
+        }
+    }
 }

@@ -101,8 +101,6 @@ fn date_of(time: Timestamp) -> DateTime {
 /// Places of the texts of a document.
 #[cfg(test)]
 pub(super) mod layout {
-    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
     use super::flow::{Mark, PAGE};
     use super::*;
 

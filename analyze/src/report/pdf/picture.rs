@@ -70,6 +70,7 @@ fn style(class: &str) -> Style {
         "step-light" => (Some(([230, 159, 0], 1.0)), None),
         "step-lift" => (Some(([213, 94, 0], 1.0)), None),
         "step-tip" => (Some(([150, 0, 0], 1.0)), None),
+        "step-gap" => (Some(([150, 150, 150], 1.0)), None),
         "step-band" => (None, Some(([26, 26, 26], 1.2, false))),
         _ => (None, Some(([26, 26, 26], 1.0, false))),
     };

@@ -23,5 +23,8 @@ pub(in crate::report) fn figures(
     figures.extend(plotter.drawn_machines());
     figures.extend(plotter.inputs());
     figures.push(plotter.quality());
+    if let Some(first) = figures.first_mut() {
+        plotter.shade_events(first);
+    }
     figures
 }

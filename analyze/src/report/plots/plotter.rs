@@ -103,15 +103,19 @@ impl Plotter<'_> {
         wheels.map(|wheel| wheel.name.clone()).collect()
     }
 
-    /// An empty figure of a part of the page, with the times of the events shaded.
+    /// An empty figure of a part of the page.
     pub(super) fn figure(&self, part: Part, title: &str, unit: &str, height: usize) -> Figure {
         let mut figure = Figure::new(title, unit, height, self.last_second());
         figure.part = part.name();
+        figure
+    }
+
+    /// Shades the times of the events in a figure and in those behind it.
+    pub(super) fn shade_events(&self, figure: &mut Figure) {
         for event in shown(&self.analysis.events) {
             let (start, end) = self.span(event);
             figure.shade([start, end], tint(event.kind));
         }
-        figure
     }
 
     pub(super) fn last_second(&self) -> f64 {

@@ -501,8 +501,9 @@ fn certainty(analysis: &Analysis, incidents: &[Incident<'_>]) -> String {
                 (None, _) => say!("No confidence could be computed for \"{what}\"."),
             });
         }
-        None => sentences
-            .extend((analysis.digest.lightest).map(|(row, wheel)| smallest(analysis, row, wheel))),
+        None => sentences.extend(
+            (analysis.digest.lightest).map(|(row, wheel)| from_limit(analysis, row, wheel)),
+        ),
     }
     sentences.extend(doubted(analysis));
     let faults = analysis
@@ -768,18 +769,26 @@ pub(super) fn otf_with_band(analysis: &Analysis, event: &Event, at_ns: i64, otf_
     }
 }
 
-/// The load of a wheel at a row, with its band.
-fn smallest(analysis: &Analysis, row: usize, wheel: usize) -> String {
+/// Describes how far the load of a wheel at a row is from its limit, in standard deviations.
+fn from_limit(analysis: &Analysis, row: usize, wheel: usize) -> String {
     let found = analysis.rows.window(row..row + 1);
-    let load_n = found.value(Quantity::Load(wheel), 0);
-    let share = percent(load_n / analysis.machine.reference().static_load[wheel]);
-    let named = SupportWord::named(&analysis.machine.wheels()[wheel]);
-    let sigma = Some(found.value(Quantity::LoadSigma(wheel), 0));
-    let load = match sigma.filter(|sigma| sigma.is_finite()) {
-        Some(sigma) => format!("{} N", with_band(load_n, 2.0 * sigma)),
-        None => format!("{} {}", number(load_n), word!("N, of unknown uncertainty")),
+    let limits = analysis.min_loads_n.as_ref();
+    let limit_n = limits.map_or(0.0, |limits| limits[wheel]);
+    let above_n = found.value(Quantity::Load(wheel), 0) - limit_n;
+    let sigmas = above_n.abs() / found.value(Quantity::LoadSigma(wheel), 0);
+    let limit = match limit_n > 0.0 {
+        true => word!("its limit"),
+        false => word!("zero"),
     };
-    say!("The smallest load compared with that at rest was {load} on {named}, {share} of it.")
+    match (sigmas.is_finite(), above_n < 0.0) {
+        (false, _) => word!("The uncertainty of the smallest load is not known.").into(),
+        (true, false) => {
+            say!("The smallest load is {sigmas:.1} standard deviations above {limit}.")
+        }
+        (true, true) => {
+            say!("The smallest load is {sigmas:.1} standard deviations below {limit}.")
+        }
+    }
 }
 
 fn assumptions(analysis: &Analysis) -> String {

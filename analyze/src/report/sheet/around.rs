@@ -1,4 +1,4 @@
-//! Loads, attitude and motion over the seconds around an incident.
+//! Loads, attitude and motion over the seconds around an incident, or around the smallest load of a log without one.
 
 use maud::{Markup, html};
 use tipwatch_language::{say, word};
@@ -18,6 +18,9 @@ const AFTER_S: f64 = 1.5;
 const LONGEST_S: f64 = 30.0;
 /// Of a tip-over, time that is drawn after its onset (s): what follows is the impact.
 const FALL_S: f64 = 5.0;
+/// Around the smallest load of a log without an event, time and rows before and after it that are drawn at least (s).
+const CLOSEST_S: f64 = 5.0;
+const FEWEST_ROWS: usize = 10;
 /// Points of a curve.
 const POINTS: usize = 260;
 /// Classes of lines that can be told apart in black and white.
@@ -28,6 +31,17 @@ const MOST_WHEELS: usize = 4;
 /// A named curve: time (s), value, half of its band.
 type Named = (String, Vec<(f64, f64, f64)>);
 
+/// What the figures are around.
+struct Focus {
+    /// Start and end (s).
+    span_s: (f64, f64),
+    mark: Mark,
+    wheels: Vec<usize>,
+    /// Title of the chart of the loads.
+    loads: String,
+}
+
+/// The figures around the onset of an incident.
 pub(super) fn figures(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
     let rows = &analysis.rows;
     let last_s = rows.seconds(rows.len().saturating_sub(1));
@@ -46,31 +60,77 @@ pub(super) fn figures(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
         EventKind::TipOver => to_s.min(seconds(gravest.start_ns) + FALL_S),
         _ => to_s,
     };
+    let own = incident.events.iter();
+    let own = own.filter_map(|event| analysis.machine.wheel_named(&event.subject));
+    drawn(
+        analysis,
+        &Focus {
+            span_s: (from_s, to_s),
+            mark: Mark {
+                at_s: seconds(gravest.start_ns),
+                caption: match gravest.hides_onset() {
+                    true => word!("t [s]; dashed upright: first shown"),
+                    false => word!("t [s]; dashed upright: onset"),
+                },
+            },
+            wheels: wheels(analysis, own, rows.at(gravest.start_ns)),
+            loads: match unstated_load::contradicts(analysis, gravest) {
+                true => word!("Loads of the stated machine, without the fall ± 2 σ [N]").into(),
+                false => title_of_loads(analysis),
+            },
+        },
+    )
+}
+
+/// The figures around the row in which a wheel carried least compared with its load at rest, of a log without an event.
+pub(super) fn closest(analysis: &Analysis, row: usize, wheel: usize) -> Markup {
+    let rows = &analysis.rows;
+    let at_s = rows.seconds(row);
+    let last = rows.len().saturating_sub(1);
+    // of a sparse log so many rows that they show a course
+    let far = [
+        row.saturating_sub(FEWEST_ROWS),
+        (row + FEWEST_ROWS).min(last),
+    ];
+    let [from_s, to_s] = far.map(|row| (rows.seconds(row) - at_s).abs());
+    let reach_s = |rows_s: f64| rows_s.clamp(CLOSEST_S, 0.5 * LONGEST_S);
+    let from_s = (at_s - reach_s(from_s)).max(0.0);
+    let to_s = (at_s + reach_s(to_s)).min(rows.seconds(last));
+    drawn(
+        analysis,
+        &Focus {
+            span_s: (from_s, to_s),
+            mark: Mark {
+                at_s,
+                caption: word!("t [s]; dashed upright: closest"),
+            },
+            wheels: wheels(analysis, [wheel].into_iter(), row),
+            loads: title_of_loads(analysis),
+        },
+    )
+}
+
+fn title_of_loads(analysis: &Analysis) -> String {
+    say!(
+        "{} loads ± 2 σ [N]",
+        SupportWord::of(&analysis.machine).head
+    )
+}
+
+fn drawn(analysis: &Analysis, focus: &Focus) -> Markup {
+    let rows = &analysis.rows;
+    let (from_s, to_s) = focus.span_s;
     let at = |s: f64| rows.at(rows.times_ns[0].saturating_add((s * 1e9) as i64));
     let (first, end) = (at(from_s), at(to_s) + 1);
     let window = rows.window(first..end.min(rows.len()));
-    let curves = Curves::of(analysis, &window, incident);
-    let mark = Mark {
-        at_s: seconds(gravest.start_ns),
-        caption: match gravest.hides_onset() {
-            true => word!("t [s]; dashed upright: first shown"),
-            false => word!("t [s]; dashed upright: onset"),
-        },
-    };
-    let span = (from_s, to_s.max(from_s + 0.1));
-    let loads = match unstated_load::contradicts(analysis, gravest) {
-        true => word!("Loads of the stated machine, without the fall ± 2 σ [N]"),
-        false => &say!(
-            "{} loads ± 2 σ [N]",
-            SupportWord::of(&analysis.machine).head
-        ),
-    };
+    let curves = Curves::of(analysis, &window, &focus.wheels);
+    let (span, mark) = ((from_s, to_s.max(from_s + 0.1)), &focus.mark);
     html! {
         div.grid.four {
-            (chart(loads, &curves.loads, span, &mark, true))
-            (chart(word!("Roll and pitch [°]"), &curves.attitude, span, &mark, false))
-            (chart(word!("Speed [m/s]"), &curves.speed, span, &mark, false))
-            (chart(word!("Yaw rate [°/s]"), &curves.yaw_rate, span, &mark, false))
+            (chart(&focus.loads, &curves.loads, span, mark, true))
+            (chart(word!("Roll and pitch [°]"), &curves.attitude, span, mark, false))
+            (chart(word!("Speed [m/s]"), &curves.speed, span, mark, false))
+            (chart(word!("Yaw rate [°/s]"), &curves.yaw_rate, span, mark, false))
         }
     }
 }
@@ -83,9 +143,8 @@ struct Curves {
 }
 
 impl Curves {
-    fn of(analysis: &Analysis, rows: &Rows, incident: &Incident<'_>) -> Self {
+    fn of(analysis: &Analysis, rows: &Rows, wheels: &[usize]) -> Self {
         let machine = &analysis.machine;
-        let wheels = wheels(analysis, incident);
         let has_sigma = analysis.rows.has(Quantity::LoadSigma(0));
         let named = |name: &str| (name.to_owned(), Vec::new());
         let mut found = Self {
@@ -103,7 +162,7 @@ impl Curves {
         for row in (0..rows.len()).step_by(step) {
             let time_s = analysis.rows.seconds(rows.first + row);
             let is_known = rows.reasons[row].leave_loads();
-            for (curve, &wheel) in found.loads.iter_mut().zip(&wheels) {
+            for (curve, &wheel) in found.loads.iter_mut().zip(wheels) {
                 let value = |quantity| {
                     if is_known {
                         rows.value(quantity, row)
@@ -146,19 +205,13 @@ impl Curves {
     }
 }
 
-/// The wheels of the incident, and then others, so many as a chart shows.
-fn wheels(analysis: &Analysis, incident: &Incident<'_>) -> Vec<usize> {
+/// Wheels of their own, and then others that stand in a row, so many as a chart shows.
+fn wheels(analysis: &Analysis, own: impl Iterator<Item = usize>, row: usize) -> Vec<usize> {
     let all = analysis.machine.wheels();
-    let of_event = |subject: &str| analysis.machine.wheel_named(subject);
     let mut chosen: Vec<usize> = Vec::new();
-    let own = incident
-        .events
-        .iter()
-        .filter_map(|event| of_event(&event.subject));
     // a raised wheel has no load to show
-    let row = analysis.rows.at(incident.gravest().start_ns);
-    let at_onset = analysis.rows.window(row..row + 1);
-    let stands = |wheel: &usize| at_onset.value(Quantity::Load(*wheel), 0).is_finite();
+    let found = analysis.rows.window(row..row + 1);
+    let stands = |wheel: &usize| found.value(Quantity::Load(*wheel), 0).is_finite();
     let others = (0..all.len()).filter(stands).chain(0..all.len());
     for wheel in own.chain(others) {
         if !chosen.contains(&wheel) && chosen.len() < MOST_WHEELS {
@@ -168,7 +221,7 @@ fn wheels(analysis: &Analysis, incident: &Incident<'_>) -> Vec<usize> {
     chosen
 }
 
-/// The dashed upright: the onset, or of a fall whose onset the log does not show the first row that shows it.
+/// The dashed upright: the onset, of a fall whose onset the log does not show the first row that shows it, or the smallest load.
 struct Mark {
     at_s: f64,
     caption: &'static str,

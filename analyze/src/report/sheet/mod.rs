@@ -42,14 +42,16 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
             @for sentence in witness::sentences(analysis, &incidents) { p.lead { (sentence) } }
             (facts(&answers::answers(analysis, &incidents)))
             (machine(analysis, gravest))
+            (course::figure(analysis, &incidents))
             @if let Some(incident) = gravest {
-                (course::figure(analysis, incident))
                 (around::figures(analysis, incident))
                 @if incident.gravest().hides_onset() {
                     div { h3 { (word!("Causes")) } p { (Event::onset_not_shown()) } }
                 } @else {
                     div.columns { (causes(analysis, incident)) (otherwise(analysis, incident)) (prevented(analysis, incident)) }
                 }
+            } @else if let Some((row, wheel)) = analysis.digest.lightest {
+                (around::closest(analysis, row, wheel))
             }
             (signature(analysis))
             p.hint { (say!("{}. t counts seconds from the first row.", told(BANDS))) }
@@ -65,6 +67,11 @@ pub(super) fn row(analysis: &Analysis) -> Option<usize> {
         .first()
         .map(|it| analysis.rows.at(it.gravest().start_ns));
     onset.or_else(|| analysis.digest.lightest.map(|(row, _)| row))
+}
+
+/// The drawing of the sheet alone.
+pub(crate) fn drawn_machine(analysis: &Analysis) -> Markup {
+    machine(analysis, incidents(&analysis.events).first())
 }
 
 fn machine(analysis: &Analysis, gravest: Option<&Incident<'_>>) -> Markup {

@@ -34,6 +34,18 @@ pub(super) fn sentences(analysis: &Analysis, incidents: &[Incident<'_>]) -> Vec<
     told
 }
 
+/// The first incident before another that is a fact.
+pub(super) fn earlier<'i, 'a>(
+    incidents: &'i [Incident<'a>],
+    incident: &Incident<'_>,
+) -> Option<&'i Incident<'a>> {
+    let earlier = incidents
+        .iter()
+        .filter(|it| it.start_ns() < incident.start_ns());
+    let earlier = earlier.filter(|it| it.gravest().is_fact());
+    earlier.min_by_key(|it| it.start_ns())
+}
+
 /// Describes how the machine was before, and whether it had come close already: in order of time.
 fn before(
     analysis: &Analysis,
@@ -41,11 +53,7 @@ fn before(
     incident: &Incident<'_>,
     incidents: &[Incident<'_>],
 ) -> Option<String> {
-    let earlier = incidents
-        .iter()
-        .filter(|it| it.start_ns() < incident.start_ns());
-    let earlier = earlier.filter(|it| it.gravest().is_fact());
-    let earlier = earlier.min_by_key(|it| it.start_ns()).map(|it| {
+    let earlier = earlier(incidents, incident).map(|it| {
         let event = it.gravest();
         let close = least_load(analysis, scene, event).unwrap_or_else(|| {
             say!(
@@ -253,7 +261,7 @@ fn course(scene: &Scene, incident: &Incident<'_>) -> String {
 /// Describes how the incident ended.
 fn outcome(analysis: &Analysis, scene: &Scene, incident: &Incident<'_>) -> String {
     if let Some(event) = incident.first(EventKind::TipOver) {
-        return tipped(scene, event);
+        return tipped(scene, event, incident);
     }
     if let Some(event) = answers::open_tip_over(incident.events.iter().copied()) {
         return answers::may_have_tipped(scene, event);
@@ -322,7 +330,7 @@ fn outcome(analysis: &Analysis, scene: &Scene, incident: &Incident<'_>) -> Strin
     }
 }
 
-fn tipped(scene: &Scene, event: &Event) -> String {
+fn tipped(scene: &Scene, event: &Event, incident: &Incident<'_>) -> String {
     let edge = scene.subject(event);
     let by = match event.shown_by {
         Some(ShownBy::Rotation) => word!(", which the computed loads do not show"),
@@ -338,7 +346,12 @@ fn tipped(scene: &Scene, event: &Event) -> String {
             scene.seconds(at_ns)
         )
     });
-    let beyond = scene.off_by_stops(event);
+    // those that are told to have lifted are not told again
+    let lifts = incident.steps().into_iter();
+    let lifts = lifts.filter(|step| step.kind == EventKind::WheelLift);
+    let told: Vec<String> = lifts.map(|lift| scene.support(lift)).collect();
+    let mut beyond = scene.off_by_stops(event);
+    beyond.retain(|wheel| !told.contains(wheel));
     let beyond = match beyond.is_empty() {
         true => String::new(),
         false => say!(

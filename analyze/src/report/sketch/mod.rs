@@ -49,7 +49,7 @@ impl Detail {
         fewer_points: 80,
         instants: 80,
         findings: 5,
-        events: 30,
+        events: 20,
         causes_of_kind: 5,
     };
 }
@@ -196,7 +196,11 @@ impl SketchPass {
             curves.push((Curve::Result(quantity), points));
         }
         let joints = (machine.joints().iter().enumerate()).filter(|(_, joint)| joint.logged);
-        curves.extend(joints.map(|(joint, _)| (Curve::Position(joint), most)));
+        curves.extend(joints.map(|(joint, facts)| {
+            // the turns of a wheel are hidden at first
+            let is_hidden = facts.spins_wheel.is_some();
+            (Curve::Position(joint), if is_hidden { fewer } else { most })
+        }));
         for axis in 0..3 {
             curves.push((Curve::SpecificForce(axis), most));
             curves.push((Curve::AngularVelocity(axis), most));

@@ -1,6 +1,6 @@
 //! An analysed log, as the sections of the page see it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 use maud::{Markup, html};
 use tipwatch_language::{say, word};
@@ -14,6 +14,8 @@ use crate::screen::record::Record;
 #[derive(Clone, Copy)]
 pub(super) struct AnalysedLog<'a> {
     pub(super) record: &'a Record,
+    /// The shortest end of its path that tells it from the other logs.
+    pub(super) name: &'a str,
     pub(super) facts: &'a LogFacts,
     pub(super) events: &'a [EventFacts],
     pub(super) judgement: Option<&'a Judgement>,
@@ -80,12 +82,71 @@ pub(super) fn listed_machines<'a>(
 }
 
 /// The log's name, linked to its report if it has one.
-pub(super) fn log_link(record: &Record) -> Markup {
+pub(super) fn log_link(log: &AnalysedLog<'_>) -> Markup {
+    let (record, name) = (log.record, log.name);
     html! {
         @if let Some(folder) = record.report_folder() {
-            a href={ (folder) "/report.html" } title=(record.path) { (record.name()) }
+            a href={ (folder) "/report.html" } title=(record.path) { (name) }
         } @else {
-            span title=(record.path) { (record.name()) }
+            span title=(record.path) { (name) }
         }
+    }
+}
+
+/// The shortest end of each path, in whole names of folders and files, that tells it from the others; of one that ends another path,
+/// all of it.
+pub(super) fn distinguishing<'a>(paths: &[&'a str]) -> Vec<&'a str> {
+    let mut ends: Vec<&str> = paths.iter().map(|&path| with_folder(path, "")).collect();
+    loop {
+        let mut counts: HashMap<&str, usize> = HashMap::new();
+        for end in &ends {
+            *counts.entry(*end).or_default() += 1;
+        }
+        let mut is_done = true;
+        for (end, &path) in ends.iter_mut().zip(paths) {
+            let is_shared = counts.get(*end).is_some_and(|count| *count > 1);
+            if is_shared && end.len() < path.len() {
+                *end = with_folder(path, end);
+                is_done = false;
+            }
+        }
+        if is_done {
+            return ends;
+        }
+    }
+}
+
+/// The end of a path with one name more.
+fn with_folder<'p>(path: &'p str, end: &str) -> &'p str {
+    let before = &path[..path.len() - end.len()];
+    let before = before.strip_suffix('/').unwrap_or(before);
+    let from = before.rfind('/').map_or(0, |slash| slash + 1);
+    &path[from..]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn logs_of_one_name_are_told_apart_by_their_folders() {
+        let paths = [
+            "/a/1/clean.mcap",
+            "/a/2/clean.mcap",
+            "/b/2/clean.mcap",
+            "/b/2/other.mcap",
+            "bag/",
+            "clean.mcap",
+        ];
+        let expected = [
+            "1/clean.mcap",
+            "a/2/clean.mcap",
+            "b/2/clean.mcap",
+            "other.mcap",
+            "bag/",
+            "clean.mcap",
+        ];
+        assert_eq!(distinguishing(&paths), expected);
+        assert_eq!(distinguishing(&["/x", "/x", ""]), ["/x", "/x", ""]);
     }
 }

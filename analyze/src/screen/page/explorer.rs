@@ -129,7 +129,7 @@ const FAILED: u8 = Group::ALL.len() as u8;
 /// The section, and the program that works on it.
 pub(super) fn explorer(
     ranked: &[Ranked<'_>],
-    failed: &[&Record],
+    failed: &[(&Record, &str)],
     compared: &[Comparison],
 ) -> (Markup, Program) {
     let mut listed = ranked.len() + failed.len();
@@ -216,7 +216,7 @@ fn row(ranked: &Ranked<'_>) -> Vec<Markup> {
     vec![
         html! { (rank) },
         html! { (log.machine()) },
-        log_link(log.record),
+        log_link(log),
         html! {
             (group)
             @if let Some((_, told)) = surest_finding(ranked) { " (" (told) ")" }
@@ -243,7 +243,11 @@ fn main_cause(log: &super::analysed_log::AnalysedLog<'_>) -> Option<usize> {
     (*most.1 > 0.0).then_some(most.0)
 }
 
-fn data<'a>(ranked: &[Ranked<'a>], failed: &[&'a Record], compared: &[Comparison]) -> Data<'a> {
+fn data<'a>(
+    ranked: &[Ranked<'a>],
+    failed: &[(&'a Record, &'a str)],
+    compared: &[Comparison],
+) -> Data<'a> {
     let (mut folders, mut wheels, mut texts) =
         (Names::default(), Names::default(), Names::default());
     let (mut machines, mut certainties) = (Names::default(), Names::default());
@@ -264,34 +268,39 @@ fn data<'a>(ranked: &[Ranked<'a>], failed: &[&'a Record], compared: &[Comparison
         ..Data::default()
     };
     data.groups.push(word!("could not be analysed"));
-    let mut identity =
-        |data: &mut Data<'a>, record: &'a Record, group: u8, rank: (usize, usize)| {
-            let (folder, name) = match record.path.rsplit_once('/') {
-                Some((folder, name)) => (folder, name),
-                None => ("", record.path.as_str()),
-            };
-            let machine = record.machine.as_ref().map(|machine| {
-                let place = machines.place(&machine.name);
-                kinds.insert(place, machine.kind.clone());
-                place
-            });
-            let report = record.report_folder();
-            let report = report.and_then(|folder| Some(folder.rsplit_once('/')?.1.to_owned()));
-            data.machine.push(machine);
-            data.day.push(record.day().map(|day| day.0));
-            data.folder.push(folders.place(folder));
-            data.name.push(name);
-            data.report.push(report.unwrap_or_default());
-            data.group.push(group);
-            data.rank.push(rank.0 as u32);
-            data.tied.push((rank.1 - rank.0) as u32);
-        };
+    let mut identity = |data: &mut Data<'a>,
+                        (record, name): (&'a Record, &'a str),
+                        group: u8,
+                        rank: (usize, usize)| {
+        let folder = &record.path[..record.path.len() - name.len()];
+        let folder = folder.strip_suffix('/').unwrap_or(folder);
+        let machine = record.machine.as_ref().map(|machine| {
+            let place = machines.place(&machine.name);
+            kinds.insert(place, machine.kind.clone());
+            place
+        });
+        let report = record.report_folder();
+        let report = report.and_then(|folder| Some(folder.rsplit_once('/')?.1.to_owned()));
+        data.machine.push(machine);
+        data.day.push(record.day().map(|day| day.0));
+        data.folder.push(folders.place(folder));
+        data.name.push(name);
+        data.report.push(report.unwrap_or_default());
+        data.group.push(group);
+        data.rank.push(rank.0 as u32);
+        data.tied.push((rank.1 - rank.0) as u32);
+    };
     // neighbours of one machine and day share most of their names, and pack well
     let mut by_path: Vec<(usize, &Ranked<'_>)> = ranked.iter().enumerate().collect();
     by_path.sort_by_key(|(_, log)| &log.log.record.path);
     for (place, log) in by_path {
         let (facts, events) = (log.log.facts, log.log.events);
-        identity(&mut data, log.log.record, log.group as u8, log.rank);
+        identity(
+            &mut data,
+            (log.log.record, log.log.name),
+            log.group as u8,
+            log.rank,
+        );
         let worst = facts.worst.as_ref();
         let moment = worst.and_then(|worst| worst.moment.as_ref());
         let surest = surest_finding(log);
@@ -331,11 +340,11 @@ fn data<'a>(ranked: &[Ranked<'a>], failed: &[&'a Record], compared: &[Comparison
         let doubts = (!doubts.is_empty()).then(|| texts.place(&doubts.join("; ")));
         data.text.push(doubts);
     }
-    for record in failed {
+    for &(record, name) in failed {
         let rank = ranked.len() + 1;
         identity(
             &mut data,
-            record,
+            (record, name),
             FAILED,
             (rank, ranked.len() + failed.len()),
         );

@@ -3,7 +3,7 @@
 use maud::html;
 use tipwatch_language::{say, word};
 
-use super::analysed_log::{AnalysedLog, by_machine};
+use super::analysed_log::{AnalysedLog, by_machine, distinguishing};
 use super::explorer::explorer;
 use super::ranking::ranked;
 use super::{distributions, outliers, tables};
@@ -25,19 +25,28 @@ pub(in crate::screen) fn render(
     compared: &[Comparison],
     min_valid: f64,
 ) -> String {
-    let analysed = rows.iter().zip(judgements).filter_map(|(row, judgement)| {
-        let (facts, events) = row.record.analysed()?;
-        Some(AnalysedLog {
-            record: &row.record,
-            facts,
-            events,
-            judgement: judgement.as_ref(),
-            is_undecided: facts.undecided(min_valid).is_some(),
-        })
-    });
+    let paths: Vec<&str> = rows.iter().map(|row| row.record.path.as_str()).collect();
+    let names = distinguishing(&paths);
+    let named = || {
+        rows.iter()
+            .map(|row| &*row.record)
+            .zip(names.iter().copied())
+    };
+    let analysed = named()
+        .zip(judgements)
+        .filter_map(|((record, name), judgement)| {
+            let (facts, events) = record.analysed()?;
+            Some(AnalysedLog {
+                record,
+                name,
+                facts,
+                events,
+                judgement: judgement.as_ref(),
+                is_undecided: facts.undecided(min_valid).is_some(),
+            })
+        });
     let seen: Vec<AnalysedLog<'_>> = analysed.collect();
-    let records = rows.iter().map(|row| &*row.record);
-    let failed: Vec<&Record> = records.filter(|record| record.is_failed()).collect();
+    let failed: Vec<(&Record, &str)> = named().filter(|(it, _)| it.is_failed()).collect();
     let (explored, program) = explorer(&ranked(&seen), &failed, compared);
     let sections = [
         (word!("At a glance"), Some(tables::glance(totals, &seen))),
@@ -55,7 +64,9 @@ pub(in crate::screen) fn render(
         (word!("Events"), tables::events(&seen)),
         (
             word!("Logs that could not be analysed"),
-            Some(tables::failed(&failed)),
+            Some(tables::failed(
+                &failed.iter().map(|(it, _)| *it).collect::<Vec<_>>(),
+            )),
         ),
         (word!("Logs with lost data"), tables::losses(&seen)),
         (word!("Method and provenance"), Some(tables::method(&seen))),

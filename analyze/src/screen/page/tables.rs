@@ -84,7 +84,7 @@ pub(super) fn policy(seen: &[AnalysedLog<'_>], totals: &Totals) -> Option<Markup
         let rules = html! {
             @for rule in judgement.violated() { div { (rule.rule) ": " (rule.found) } }
         };
-        vec![log_link(log.record), html! { (log.machine()) }, rules]
+        vec![log_link(log), html! { (log.machine()) }, rules]
     });
     let judged = seen.iter().filter(|log| log.judgement.is_some()).count();
     let failed = totals.failed_unaccepted;
@@ -177,7 +177,7 @@ pub(super) fn losses(seen: &[AnalysedLog<'_>]) -> Option<Markup> {
     let rows = lost.iter().take(MOST_LOGS).map(|log| {
         let facts = log.facts;
         vec![
-            log_link(log.record),
+            log_link(log),
             html! { (say!("{} ({} bytes)", facts.lost_ranges, facts.lost_bytes)) },
             html! { @match facts.missing_messages { Some(count) => (count), None => (word!("unknown")) } },
             html! { (facts.undecodable_messages) },

@@ -2,12 +2,11 @@
 
 use tipwatch_mechanics::RestingMachine;
 use tipwatch_mechanics::machine::{Machine, WeighedPosture, WeighedSpec};
+use tipwatch_mechanics::number::SURE_SIGMAS;
 
 use super::document::{Posture, Reading, Weighed, posture};
 use crate::base::number::known;
 
-/// Largest difference between model and scale that is consistent (standard deviations).
-const WITHIN_SIGMAS: f64 = 2.0;
 /// Step of the difference by slope (rad).
 const SLOPE_STEP: f64 = 1e-3;
 
@@ -131,6 +130,6 @@ fn reading(
         difference_n: known(difference),
         difference_percent: known(difference / weighed_n * 100.0),
         sigmas,
-        is_within: sigmas.map(|sigmas| sigmas.abs() <= WITHIN_SIGMAS),
+        is_within: sigmas.map(|sigmas| sigmas.abs() <= SURE_SIGMAS),
     }
 }

@@ -6,6 +6,7 @@ use tipwatch_calibration::identification::{
 };
 
 use super::run::Identified;
+use crate::base::built::built;
 use crate::base::number::known;
 
 /// Most correlations listed.
@@ -13,30 +14,45 @@ const MOST_CORRELATIONS: usize = 20;
 /// Smallest correlation listed.
 const LEAST_CORRELATION: f64 = 0.3;
 
-/// The document.
-#[derive(Debug, Serialize)]
-pub struct IdentificationDocument {
-    schema: u32,
-    from: Vec<String>,
-    notes: Vec<String>,
-    sources: Vec<SourceUse>,
-    parameters: Vec<Estimate>,
-    /// Correlations of the estimates, the largest first.
-    pub(super) correlations: Vec<CorrelationRow>,
-    /// Combinations of parameters that the data determine, the best first.
-    told: Vec<CombinationRow>,
-    /// Parameters that the data do not determine at all.
-    not_told: Vec<String>,
-    /// Combinations of parameters that the data do not determine.
-    not_told_apart: Vec<CombinationRow>,
-    fitted: Vec<ChannelError>,
-    held_back: Option<HeldBackRow>,
-    /// Readings of loads against the bands of the identified machine.
-    bands: Option<BandCheck>,
-    /// Weighings against each other.
-    weighings: Option<AgreementRow>,
-    /// Reason why this is no result, and nothing is written.
-    refused: Option<String>,
+built! {
+    /// The document.
+    #[derive(Debug, Serialize)]
+    pub struct IdentificationDocument: pub fn of(found: &Identified) {
+        let result = &found.result;
+        let name = |index: usize| result.estimates[index].name.clone();
+        let combination = |c: &Combination| CombinationRow {
+            singular_value: (c.singular_value > 0.0).then_some(c.singular_value),
+            parts: c.terms.iter().map(|t| (name(t.unknown), t.weight)).collect(),
+        };
+    } {
+        schema: u32 = 1,
+        from: Vec<String> = found.from.clone(),
+        notes: Vec<String> = found.notes.clone(),
+        sources: Vec<SourceUse> = result.sources.clone(),
+        parameters: Vec<Estimate> = result.estimates.clone(),
+        /// Correlations of the estimates, the largest first.
+        pub(super) correlations: Vec<CorrelationRow> = correlations(found),
+        /// Combinations of parameters that the data determine, the best first.
+        told: Vec<CombinationRow> = result.determined.iter().map(combination).collect(),
+        /// Parameters that the data do not determine at all.
+        not_told: Vec<String> = result.undetermined.iter().map(|&index| name(index)).collect(),
+        /// Combinations of parameters that the data do not determine.
+        not_told_apart: Vec<CombinationRow> = result.indistinguishable.iter().map(combination).collect(),
+        fitted: Vec<ChannelError> = result.fitted.clone(),
+        held_back: Option<HeldBackRow> = result.held_back.as_ref().map(|held| HeldBackRow {
+            instants: held.instants,
+            loads_rms_before_n: known(held.loads_before),
+            loads_rms_after_n: known(held.loads_after),
+            is_no_worse: held.is_no_worse(),
+            sensors: held.channels.clone(),
+        }),
+        /// Readings of loads against the bands of the identified machine.
+        bands: Option<BandCheck> = result.bands,
+        /// Weighings against each other.
+        weighings: Option<AgreementRow> = found.agreement.clone().map(AgreementRow::from),
+        /// Reason why this is no result, and nothing is written.
+        refused: Option<String> = found.refusal().map(|refusal| refusal.to_string()),
+    }
 }
 
 /// Correlation of two estimates.
@@ -100,49 +116,6 @@ impl From<Agreement> for AgreementRow {
             chi_square: agreement.chi_square,
             redundant_readings: agreement.redundant,
             suspects: agreement.suspects,
-        }
-    }
-}
-
-impl IdentificationDocument {
-    /// The document of a result.
-    #[must_use]
-    pub fn of(found: &Identified) -> Self {
-        let result = &found.result;
-        let name = |index: usize| result.estimates[index].name.clone();
-        let combination = |c: &Combination| CombinationRow {
-            singular_value: (c.singular_value > 0.0).then_some(c.singular_value),
-            parts: c
-                .terms
-                .iter()
-                .map(|t| (name(t.unknown), t.weight))
-                .collect(),
-        };
-        Self {
-            schema: 1,
-            from: found.from.clone(),
-            notes: found.notes.clone(),
-            sources: result.sources.clone(),
-            parameters: result.estimates.clone(),
-            correlations: correlations(found),
-            told: result.determined.iter().map(combination).collect(),
-            not_told: result
-                .undetermined
-                .iter()
-                .map(|&index| name(index))
-                .collect(),
-            not_told_apart: result.indistinguishable.iter().map(combination).collect(),
-            fitted: result.fitted.clone(),
-            held_back: result.held_back.as_ref().map(|held| HeldBackRow {
-                instants: held.instants,
-                loads_rms_before_n: known(held.loads_before),
-                loads_rms_after_n: known(held.loads_after),
-                is_no_worse: held.is_no_worse(),
-                sensors: held.channels.clone(),
-            }),
-            bands: result.bands,
-            weighings: found.agreement.clone().map(AgreementRow::from),
-            refused: found.refusal().map(|refusal| refusal.to_string()),
         }
     }
 }

@@ -43,7 +43,7 @@ pub fn read_databases(given: &[PathBuf], file: Option<&MachineFile>) -> Result<V
 }
 
 /// One bus.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Default, Serialize)]
 pub(super) struct BusInspection {
     /// The topic of its frames.
     topic: String,
@@ -148,11 +148,7 @@ pub(super) fn inspect(
     for bus in buses {
         let mut inspection = BusInspection {
             topic: bus.name.clone(),
-            frames: 0,
-            error_frames: 0,
-            remote_frames: 0,
-            messages: Vec::new(),
-            other_frames: 0,
+            ..BusInspection::default()
         };
         let mut seen: BTreeMap<CanId, IdentifierFrames> = BTreeMap::new();
         let mut long = long_messages(databases);

@@ -4,7 +4,6 @@ use anyhow::Result;
 use tipwatch_ingest::{Ros2Writer, WriterTopic};
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::verdict::Level;
 
 use super::messages::{DiagnosticArray, DiagnosticStatus, Header, KeyValue, Time};
 use crate::base::number::in_english;
@@ -112,7 +111,7 @@ fn stability<'a>(machine: &'a Machine, rows: &Rows, row: usize) -> DiagnosticSta
     let (level, message) = match &rows.verdicts {
         Some(verdicts) => {
             let level = verdicts.verdicts[row].level;
-            (diagnostic_level(level), level.name().to_string())
+            (level.diagnostic(), level.name().to_string())
         }
         None => (STALE, "no verdict with this model".to_string()),
     };
@@ -136,13 +135,4 @@ fn stability<'a>(machine: &'a Machine, rows: &Rows, row: usize) -> DiagnosticSta
         add("time to lift-off".to_string(), seconds, "s");
     }
     status(machine, "tipwatch: stability", level, message, values)
-}
-
-fn diagnostic_level(level: Level) -> u8 {
-    match level {
-        Level::Safe => OK,
-        Level::Assumed | Level::Notice | Level::Warning => WARN,
-        Level::Danger | Level::Fault => ERROR,
-        Level::Unknown => STALE,
-    }
 }

@@ -10,31 +10,23 @@ use tipwatch_mechanics::machine::Payload;
 use crate::analysis::Analysis;
 use crate::analysis::measured_loads::{LoadComparison, SensorStatistics, TOTAL};
 use crate::analysis::model_comparison::ModelComparison;
+use crate::base::built::built;
 use crate::base::table::Table;
 use crate::events::split_rule::split_rule;
 
-/// The machine.
-#[derive(Debug, Serialize, JsonSchema)]
-pub struct MachineSummary<'a> {
-    name: &'a str,
-    /// With the payloads that it always carries.
-    mass_kg: f64,
-    /// With the payloads of the row in which they are heaviest.
-    largest_mass_kg: f64,
-    gravity_m_s2: f64,
-    base_link: &'a str,
-}
-
-impl<'a> MachineSummary<'a> {
-    pub(super) fn of(analysis: &'a Analysis) -> Self {
+built! {
+    /// The machine.
+    #[derive(Debug, Serialize, JsonSchema)]
+    pub struct MachineSummary<'a>: pub(super) fn of(analysis: &'a Analysis) {
         let machine = &analysis.machine;
-        Self {
-            name: machine.name(),
-            mass_kg: machine.mass(),
-            largest_mass_kg: largest_mass_kg(analysis),
-            gravity_m_s2: machine.gravity(),
-            base_link: machine.base_link(),
-        }
+    } {
+        name: &'a str = machine.name(),
+        /// With the payloads that it always carries.
+        mass_kg: f64 = machine.mass(),
+        /// With the payloads of the row in which they are heaviest.
+        largest_mass_kg: f64 = largest_mass_kg(analysis),
+        gravity_m_s2: f64 = machine.gravity(),
+        base_link: &'a str = machine.base_link(),
     }
 }
 
@@ -57,63 +49,43 @@ fn largest_mass_kg(analysis: &Analysis) -> f64 {
     machine.mass() + (0..rows.len()).map(carried_kg).fold(0.0, f64::max)
 }
 
-/// The rows.
-#[derive(Debug, Serialize, JsonSchema)]
-pub struct RowSummary {
-    count: usize,
-    valid: usize,
-    /// Rows in which signals contradict each other; most are valid.
-    doubted: usize,
-    first_ns: i64,
-    last_ns: i64,
-    duration_s: f64,
-    invalid_by_reason: BTreeMap<&'static str, usize>,
-}
-
-impl RowSummary {
-    pub(super) fn of(rows: &Table) -> Self {
-        let all = rows.reasons.iter();
+built! {
+    /// The rows.
+    #[derive(Debug, Serialize, JsonSchema)]
+    pub struct RowSummary: pub(super) fn of(rows: &Table) {
+        let all = || rows.reasons.iter();
+        let valid = all().filter(|reasons| reasons.leave_valid());
         let mut invalid_by_reason = BTreeMap::new();
-        let invalid = all.clone().filter(|reasons| !reasons.leave_valid());
+        let invalid = all().filter(|reasons| !reasons.leave_valid());
         for reason in invalid.flat_map(|reasons| reasons.iter()) {
             *invalid_by_reason.entry(reason.name()).or_default() += 1;
         }
-        let valid = all.clone().filter(|reasons| reasons.leave_valid());
-        Self {
-            count: rows.len(),
-            valid: valid.count(),
-            doubted: all.filter(|reasons| reasons.have_doubt()).count(),
-            first_ns: rows.times_ns[0],
-            last_ns: rows.times_ns[rows.len() - 1],
-            duration_s: rows.seconds(rows.len() - 1),
-            invalid_by_reason,
-        }
+    } {
+        count: usize = rows.len(),
+        valid: usize = valid.count(),
+        /// Rows in which signals contradict each other; most are valid.
+        doubted: usize = all().filter(|reasons| reasons.have_doubt()).count(),
+        first_ns: i64 = rows.times_ns[0],
+        last_ns: i64 = rows.times_ns[rows.len() - 1],
+        duration_s: f64 = rows.seconds(rows.len() - 1),
+        invalid_by_reason: BTreeMap<&'static str, usize> = invalid_by_reason,
     }
 }
 
-/// The model of the ground wrench.
-#[derive(Debug, Serialize, JsonSchema)]
-pub struct ModelSummary<'a> {
-    name: &'static str,
-    /// The assumption by which loads are split where equilibrium leaves it open.
-    split_rule: String,
-    /// The other models over the same rows.
-    others: Vec<&'a ModelComparison>,
-    /// Why other models cannot be computed.
-    other_notes: Vec<&'a str>,
-}
-
-impl<'a> ModelSummary<'a> {
-    pub(super) fn of(analysis: &'a Analysis) -> Self {
-        let others = analysis.comparisons.iter();
-        Self {
-            name: analysis.options.model.name(),
-            split_rule: split_rule(&analysis.machine),
-            others: others.clone().flatten().collect(),
-            other_notes: others
-                .filter_map(|other| other.as_ref().err().map(String::as_str))
-                .collect(),
-        }
+built! {
+    /// The model of the ground wrench.
+    #[derive(Debug, Serialize, JsonSchema)]
+    pub struct ModelSummary<'a>: pub(super) fn of(analysis: &'a Analysis) {
+        let others = || analysis.comparisons.iter();
+        let why_not = others().filter_map(|other| other.as_ref().err());
+    } {
+        name: &'static str = analysis.options.model.name(),
+        /// The assumption by which loads are split where equilibrium leaves it open.
+        split_rule: String = split_rule(&analysis.machine),
+        /// The other models over the same rows.
+        others: Vec<&'a ModelComparison> = others().flatten().collect(),
+        /// Why other models cannot be computed.
+        other_notes: Vec<&'a str> = why_not.map(String::as_str).collect(),
     }
 }
 

@@ -77,8 +77,6 @@ fn array(digest: &Digest) -> Hash {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
     use super::*;
 
     // requirement: TW-EVIDENCE-01

@@ -259,6 +259,7 @@ mod tests {
                     edges: Vec::new(),
                     joints: Vec::new(),
                     load_sensors: Vec::new(),
+                    arm_forces: Vec::new(),
                     commissioned: Vec::new(),
                 },
                 now_ns: 0,

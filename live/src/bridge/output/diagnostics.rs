@@ -6,23 +6,12 @@ use tipwatch_mechanics::verdict::{InputFault, Level};
 use super::view::View;
 use crate::record::Cdr;
 
-/// `diagnostic_msgs/DiagnosticStatus`: its levels.
-const OK: u8 = 0;
-const WARN: u8 = 1;
-const ERROR: u8 = 2;
-const STALE: u8 = 3;
-
 /// The message, with the time of this computer (ns) as its stamp. Without a current verdict it is stale: never OK.
 #[must_use]
 pub fn diagnostics(view: &View<'_>, unix_now_ns: i64) -> Vec<u8> {
     let level = view.level();
-    let status = match level {
-        _ if view.verdict.is_none() => STALE,
-        Level::Safe => OK,
-        Level::Assumed | Level::Notice | Level::Warning => WARN,
-        Level::Danger | Level::Fault => ERROR,
-        Level::Unknown => STALE,
-    };
+    let known = view.verdict.map_or(Level::Unknown, |_| level);
+    let status = known.diagnostic();
     let worst = view.worst_wheel();
     let wheel = worst.map_or("unknown", |(wheel, _)| view.wheel_name(wheel));
     let message = match view.verdict {
@@ -58,6 +47,10 @@ pub fn diagnostics(view: &View<'_>, unix_now_ns: i64) -> Vec<u8> {
             "load_explanations",
             view.names.load_explanations(verdict).join(" "),
         ));
+        let forces = view.names.doubted_forces(verdict);
+        values.push(("doubted_forces", forces.join(" ")));
+        let forces = view.names.frozen_forces(verdict);
+        values.push(("frozen_forces", forces.join(" ")));
         let standing = view.names.standing(verdict).unwrap_or_default();
         values.push(("standing", standing.join(" ")));
         let gap = view.names.ground_gap_text(verdict);

@@ -64,15 +64,11 @@ impl Follower {
             }
         })?;
         let last = &mut self.last;
-        while self
-            .verdicts
-            .receive(|wire| {
-                if wire.is_whole() {
-                    *last = Some(*wire);
-                }
-            })?
-            .is_some()
-        {}
+        self.verdicts.receive_all(|wire| {
+            if wire.is_whole() {
+                *last = Some(*wire);
+            }
+        })?;
         let now_ns = monotonic_ns();
         let is_current = |verdict: &&WireVerdict| now_ns <= verdict.valid_until_ns;
         let view = View {

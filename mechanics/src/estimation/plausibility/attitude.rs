@@ -6,6 +6,7 @@ use super::fault::Component;
 use super::freeze::Freeze;
 use super::notice::{Found, Limits, Notice};
 use super::outliers::Outliers;
+use crate::estimation::turns::shorter_way;
 use crate::machine::FaultKind;
 
 /// State of the checks of one orientation.
@@ -16,11 +17,23 @@ pub(super) struct AttitudeWatch {
     /// Outliers of the up direction.
     outliers: Outliers<3>,
     last_ns: Option<i64>,
-    /// The last credible up direction and angular velocity (rad/s, NaN: not known), with its stamp.
-    good: Option<(i64, Vector3<f64>, Vector3<f64>)>,
+    /// The last credible attitude.
+    good: Option<Good>,
     /// Angle by which the gyro has inclined the attitude in about the last [`INCLINED_S`] (rad).
     inclined: f64,
     jumped: Option<Jumped>,
+    /// Sum of the jumps of the heading (rad), and whether it stays so far off.
+    heading_off: f64,
+    has_turned: bool,
+}
+
+/// A credible attitude, its up direction, and the angular velocity beside it (rad/s, NaN: not known).
+#[derive(Debug, Clone, Copy)]
+struct Good {
+    stamp_ns: i64,
+    attitude: UnitQuaternion<f64>,
+    up: Vector3<f64>,
+    turning: Vector3<f64>,
 }
 
 /// An inclination that jumped without the gyro: one side of the jump is wrong, until it jumps back.
@@ -35,6 +48,10 @@ struct Jumped {
 /// Time for which an attitude may hold its value, and then show the turn of all of it in one sample (s).
 const INCLINED_S: f64 = 0.5;
 
+/// Jump of the heading from which the axes of a housing that turned are nearer to other ones: an eighth of a turn (rad). A compass that is
+/// corrected, or that finds north, turns no axes, but nothing tells the two apart.
+const OTHER_AXES: f64 = std::f64::consts::FRAC_PI_4;
+
 /// Change of the inclination between two samples that does no harm (rad).
 const HARMLESS_TILT: f64 = 0.05;
 
@@ -48,7 +65,14 @@ impl AttitudeWatch {
             good: None,
             inclined: 0.0,
             jumped: None,
+            heading_off: 0.0,
+            has_turned: false,
         }
+    }
+
+    /// Whether the heading jumped so far without the gyro, and stayed, that the housing may show other axes.
+    pub(super) fn has_turned(&self) -> bool {
+        self.has_turned
     }
 
     /// Reports faults of a quaternion to `found` and returns whether it is present and credible. If it is NaN or
@@ -89,13 +113,19 @@ impl AttitudeWatch {
             self.outliers.restart();
             self.good = None;
         }
-        if let Some(up) = up_direction(xyzw) {
+        if let Some((attitude, up)) = attitude_of(xyzw).zip(up_direction(xyzw)) {
             let was_suspect = self.outliers.is_suspect();
             if let Some(notice) = (self.outliers).notice(stamp_ns, up.into(), Component::Value) {
                 found(notice);
                 return false;
             }
-            self.follow([up, turning], stamp_ns, was_suspect, limits);
+            let now = Good {
+                stamp_ns,
+                attitude,
+                up,
+                turning,
+            };
+            self.follow(now, was_suspect, limits);
         }
         if let Some(jumped) = &self.jumped {
             found(Notice::offset(
@@ -114,30 +144,26 @@ impl AttitudeWatch {
 }
 
 impl AttitudeWatch {
-    /// Takes a credible up direction. One that has changed within a sample has turned as the gyro says, or jumped:
+    /// Takes a credible attitude. An up direction that has changed within a sample has turned as the gyro says, or jumped:
     /// ```text
     ///     u1 = exp(-w dt) u0 + jump,      |jump| > limit of outliers + integral of |w x u| dt over the last half second
     /// ```
-    /// Only where the gyro is known on both sides. Headings do not count: a compass corrects them.
-    fn follow(
-        &mut self,
-        [up, turning]: [Vector3<f64>; 2],
-        stamp_ns: i64,
-        has_changed: bool,
-        limits: &Limits,
-    ) {
-        let Some((good_ns, good, before)) = self.good.replace((stamp_ns, up, turning)) else {
+    /// Only where the gyro is known on both sides. Headings are no jumps: a compass corrects them.
+    fn follow(&mut self, now: Good, has_changed: bool, limits: &Limits) {
+        let Some(last) = self.good.replace(now) else {
             self.inclined = 0.0;
             return;
         };
-        let step_s = limits.elapsed_s(good_ns, stamp_ns);
-        let by_gyro = 0.5 * (before + turning) * step_s;
+        let (up, good, stamp_ns) = (now.up, last.up, now.stamp_ns);
+        let step_s = limits.elapsed_s(last.stamp_ns, stamp_ns);
+        let by_gyro = 0.5 * (last.turning + now.turning) * step_s;
         if !by_gyro.iter().all(|angle| angle.is_finite()) {
             self.inclined = 0.0;
             return;
         }
+        self.follow_heading(&last, &now, by_gyro);
         // a turn about the vertical does not incline
-        let [before, turning] = [before.cross(&good), turning.cross(&up)];
+        let [before, turning] = [last.turning.cross(&good), now.turning.cross(&up)];
         let fastest = before.norm().max(turning.norm());
         self.inclined = (self.inclined + fastest * step_s) * INCLINED_S / (INCLINED_S + step_s);
         if !has_changed {
@@ -161,11 +187,28 @@ impl AttitudeWatch {
     }
 }
 
+impl AttitudeWatch {
+    /// Takes by how much the heading turned beyond what the gyro says from one sample to the next. One sample tells nothing.
+    fn follow_heading(&mut self, last: &Good, now: &Good, by_gyro: Vector3<f64>) {
+        let by_attitude = last.attitude.inverse() * now.attitude;
+        let beyond = UnitQuaternion::from_scaled_axis(-by_gyro) * by_attitude;
+        let jump = beyond.scaled_axis().dot(&now.up);
+        if jump.abs() > OTHER_AXES {
+            self.heading_off = shorter_way(self.heading_off + jump);
+        } else {
+            self.has_turned = self.heading_off.abs() > OTHER_AXES;
+        }
+    }
+}
+
+fn attitude_of(xyzw: &[f64]) -> Option<UnitQuaternion<f64>> {
+    let &[x, y, z, w] = xyzw else { return None };
+    UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 0.1)
+}
+
 /// Up direction in the axes of a body with this orientation; `None` where that is not finite.
 pub(super) fn up_direction(xyzw: &[f64]) -> Option<Vector3<f64>> {
-    let &[x, y, z, w] = xyzw else { return None };
-    let attitude = UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 0.1)?;
-    let up = attitude.inverse_transform_vector(&Vector3::z());
+    let up = attitude_of(xyzw)?.inverse_transform_vector(&Vector3::z());
     up.iter().all(|v| v.is_finite()).then_some(up)
 }
 
@@ -209,6 +252,45 @@ mod tests {
         let passes = |t: f64| if t > 12.0 { 0.0 } else { jump(t) };
         let [_, last] = jumped(|t| [passes(t), 0.0]).unwrap();
         assert!((11.9..12.1).contains(&last), "{last}");
+    }
+
+    /// Whether the axes may be others after 20 s of a machine that turns by 0.3 rad/s; `off` gives by how much the heading is off (rad).
+    fn has_turned(off: impl Fn(f64) -> f64) -> bool {
+        let mut watch = AttitudeWatch::new();
+        for step in 0..2000_i64 {
+            let time_s = step as f64 * 0.01;
+            let attitude = UnitQuaternion::from_euler_angles(0.05, 0.0, 0.3 * time_s + off(time_s));
+            let turning = attitude.inverse_transform_vector(&(Vector3::z() * 0.3));
+            let xyzw: [f64; 4] = attitude.coords.into();
+            let stamp_ns = step * 10_000_000;
+            watch.check(
+                stamp_ns,
+                &xyzw,
+                turning,
+                true,
+                &Limits::OF_TESTS,
+                &mut |_| (),
+            );
+        }
+        watch.has_turned()
+    }
+
+    #[test]
+    fn a_heading_that_jumps_as_a_housing_turns_leaves_its_axes_open_until_it_is_back() {
+        let jump = |by: f64, to_s: f64| {
+            let off = move |t: f64| if (9.995..to_s).contains(&t) { by } else { 0.0 };
+            has_turned(off)
+        };
+        let half = std::f64::consts::PI;
+        for by in [half, -half, 0.5 * half, -0.5 * half, 1.0] {
+            assert!(jump(by, 99.0), "{by}");
+            assert!(!jump(by, 14.995), "{by}");
+            // one sample
+            assert!(!jump(by, 10.005), "{by}");
+        }
+        // a compass that is corrected, at once or slowly
+        assert!(!jump(0.5, 99.0));
+        assert!(!has_turned(|t| 3.0 * (-t).exp()));
     }
 
     #[test]

@@ -37,7 +37,7 @@ pub(super) struct AxesWatch {
     threshold: f64,
 }
 
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 struct Axis {
     last: f64,
     /// The least change so far, and the mean of the last ones.
@@ -59,7 +59,7 @@ struct Axis {
     saturated_ns: Option<[i64; 2]>,
 }
 
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 struct End {
     value: f64,
     evidence: f64,
@@ -74,16 +74,8 @@ impl Axis {
         Self {
             last: f64::NAN,
             resolution: f64::INFINITY,
-            change: 0.0,
-            step: 0.0,
-            turning: 0.0,
-            changed: 0.0,
-            kept: 0.0,
-            run: 0,
-            moving: 0,
-            run_since_ns: 0,
             ends: [end(f64::INFINITY), end(f64::NEG_INFINITY)],
-            saturated_ns: None,
+            ..Self::default()
         }
     }
 

@@ -73,11 +73,7 @@ impl Plausibility {
     /// faults reported only. A joint whose standstill the lean has contradicted has that doubt beside another one.
     pub fn doubts(&self) -> impl Iterator<Item = SignalDoubt> {
         let counts = |kind: FaultKind| self.rules.policies[kind as usize] != Policy::Report;
-        let force = (self.weight.beyond()).map(|beyond| SignalDoubt {
-            signal: Proof::SpecificForce,
-            by: beyond,
-            moved: 0.0,
-        });
+        let length = (self.weight.beyond()).map(SignalDoubt::of_length);
         // a joint that jumps again, or stops, stays doubted by what is known
         let is_known = |doubt: &SignalDoubt| {
             let mut offsets = self.relations.offsets();
@@ -97,7 +93,10 @@ impl Plausibility {
             true => counts(FaultKind::Frozen),
             false => counts(FaultKind::Contradiction),
         });
-        joints.chain(force.filter(|_| counts(FaultKind::OutOfRange)))
+        let step = self.relations.force_step();
+        let step = step.filter(|_| counts(FaultKind::Contradiction));
+        let length = length.filter(|_| counts(FaultKind::OutOfRange));
+        joints.chain(step).chain(length)
     }
 
     /// Takes over from an earlier session, before the first sample, which signals failed visibly and where the joints were. A joint
@@ -120,7 +119,8 @@ impl Plausibility {
                 self.signals.remember_frozen(joint, doubt.moved);
             }
             Proof::Joint(joint) => self.relations.remember_offset(joint, doubt.by, doubt.moved),
-            Proof::SpecificForce => self.weight.remember(doubt.by),
+            Proof::SpecificForce if doubt.is_of_length() => self.weight.remember(doubt.by),
+            Proof::SpecificForce => self.relations.remember_force_step(doubt.by),
             // nothing else fails like that
             _ => {}
         }
@@ -162,10 +162,11 @@ impl Plausibility {
     #[must_use]
     pub fn shown(&self, is_idle: &dyn Fn(usize) -> bool) -> SessionProofs {
         let unchanged = self.signals.unchanged(is_idle);
+        let disputed = self.relations.disputed().with(self.only_trusted());
         SessionProofs {
             proven: self.relations.proven(),
             unchanged: unchanged.with(self.signals.silent(is_idle)),
-            disputed: self.relations.disputed().with(self.only_trusted()),
+            disputed: disputed.with(self.signals.turned_housing()),
             at_zero: self.signals.at_zero(),
         }
     }

@@ -70,6 +70,8 @@ pub enum Explanation {
     JointOffset(usize),
     /// An attitude whose inclination jumped without the gyro, and stayed.
     AttitudeOffset,
+    /// An accelerometer whose specific force stepped where no velocity changed as that requires, and stayed.
+    AccelerometerOffset,
     /// A load on the tool that nothing states.
     UnstatedLoad,
     /// Stamps that are off by a constant time. Only a whole log shows it: with other stamps the signals agree.
@@ -113,6 +115,7 @@ impl Explanation {
             | Self::JointsExchanged(..)
             | Self::JointOffset(_)
             | Self::AttitudeOffset
+            | Self::AccelerometerOffset
             | Self::UnstatedLoad
             | Self::Late
             | Self::Other => return None,
@@ -211,6 +214,9 @@ impl Explanation {
                 )
             }
             Self::AttitudeOffset => word!("the attitude were off since it jumped").into(),
+            Self::AccelerometerOffset => {
+                word!("the accelerometer were off since it stepped").into()
+            }
             Self::UnstatedLoad => word!("a load that nothing states were on the tool").into(),
             Self::Late => word!("the clock of one of them were off").into(),
             Self::Other => word!("one of them were wrong in another way").into(),

@@ -82,8 +82,8 @@ pub struct Finding {
     pub stamp_ns: i64,
     /// Magnitude of the fault, in the unit of its kind: the value out of range, the rate, the time for which the
     /// signal has been frozen, the norm of the quaternion, the difference of velocity or gravity, the logarithm of the
-    /// likelihood ratio of a contradiction, or by how much a joint has jumped since it contradicts itself (signed), or an attitude (rad); 1 for a
-    /// value that is not finite.
+    /// likelihood ratio of a contradiction, or by how much a joint has jumped since it contradicts itself (signed), an attitude (rad), or a
+    /// specific force (m/s^2); 1 for a value that is not finite.
     pub measure: f64,
     /// Limit for `measure`, in the same unit; NaN if there is none.
     pub limit: f64,
@@ -130,6 +130,11 @@ fn subject_of_number(sensor: Sensor, machine: &Machine) -> String {
             format!("load.{}", machine.load_sensors()[index].name)
         }
         Sensor::Number(NumberKind::Payload, index) => format!("payload_signal.{index}"),
+        Sensor::Number(NumberKind::Force, index) => {
+            let linkage = machine.force_signals()[index].linkage;
+            let name = machine.linkages()[linkage].name.to_lowercase();
+            format!("actuator.{name}")
+        }
         _ => "number".into(),
     }
 }
@@ -223,7 +228,9 @@ impl Part {
             // specific force, attitude and velocity: one of three is what the loads rest on
             Self::Acceleration => 2.0 / 3.0,
             // one side of a jump is right: this one or the other
-            Self::Joint(_) | Self::Drive | Self::Rotation | Self::Yaw(_) => 0.5,
+            Self::Joint(_) | Self::SpecificForce | Self::Drive | Self::Rotation | Self::Yaw(_) => {
+                0.5
+            }
             _ => 1.0,
         }
     }
@@ -261,7 +268,9 @@ impl Part {
             FaultKind::NotFinite => "samples",
             FaultKind::OutOfRange | FaultKind::Saturated | FaultKind::JointLimit => value,
             FaultKind::Outlier => value,
-            FaultKind::Contradiction if matches!(self, Self::Joint(_)) => value,
+            FaultKind::Contradiction if matches!(self, Self::Joint(_) | Self::SpecificForce) => {
+                value
+            }
             FaultKind::Contradiction if self == Self::Attitude => "rad",
             // the logarithm of a likelihood ratio
             FaultKind::Contradiction => "-",

@@ -5,7 +5,8 @@
 //! that the position is not measured any more. It works while something else moves, or another joint of the message flickers: what
 //! shakes one, or reads one, does so with all of them.
 //!
-//! A joint that moves slowly and has no noise may rest then: the changes at rest say which of both it is, see [`super::turning`].
+//! A joint that moves slowly and has no noise may rest then: the changes at rest say which of both it is, see [`super::turning`]. They do
+//! so from the change on that shows noise best, and for good: what moves slowly afterwards has its noise still.
 
 use super::notice::Limits;
 use super::turning::{noise_against_motion, per_repeat};
@@ -19,7 +20,7 @@ const RESOLVED: f64 = 1.5;
 const FEWEST_RUNS: u32 = 8;
 
 /// Statistics of the flicker of a joint's position, and of the present run of repeats.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Flicker {
     threshold: f64,
     last: f64,
@@ -31,8 +32,11 @@ pub(super) struct Flicker {
     /// Sum and number of all changes that went back.
     back_sum: f64,
     back_count: f64,
-    /// Changes at rest, and those that went back.
-    changes: f64,
+    /// The evidence of noise against a motion by the changes at rest, from the change on that makes it largest, and whether that has
+    /// exceeded the threshold.
+    evidence: f64,
+    is_noisy: bool,
+    /// Changes at rest that went back.
     changed: f64,
     kept: f64,
     run: u32,
@@ -82,18 +86,8 @@ impl Flicker {
         Self {
             threshold,
             last: f64::NAN,
-            step: 0.0,
             resolution: f64::INFINITY,
-            change: 0.0,
-            back_sum: 0.0,
-            back_count: 0.0,
-            changes: 0.0,
-            changed: 0.0,
-            kept: 0.0,
-            run: 0,
-            works: 0,
-            run_since_ns: 0,
-            reads: Reads::default(),
+            ..Self::default()
         }
     }
 
@@ -127,8 +121,7 @@ impl Flicker {
 
     /// Whether the position is known to be finer than its noise.
     fn is_fine(&self) -> bool {
-        let noise = noise_against_motion(self.changed, self.changes - self.changed);
-        noise >= self.threshold && self.change >= RESOLVED * self.resolution
+        self.is_noisy && self.change >= RESOLVED * self.resolution
     }
 
     /// Takes a position, whether the joint rests by its velocity, and whether the machine works. Returns since when it
@@ -152,9 +145,14 @@ impl Flicker {
             if change > 0.0 {
                 self.resolution = self.resolution.min(change);
             }
-            self.changes += f64::from(u8::from(rests));
             let before = std::mem::replace(&mut self.step, step);
             let turns_back = step * before < 0.0;
+            if rests {
+                let back = f64::from(u8::from(turns_back));
+                let ratio = noise_against_motion(back, 1.0 - back);
+                self.evidence = (self.evidence + ratio).max(0.0);
+                self.is_noisy |= self.evidence >= self.threshold;
+            }
             // the first run may have begun before the first sample
             if change > 0.0 && before.is_finite() {
                 self.reads.take(self.run);
@@ -207,6 +205,16 @@ mod tests {
         assert_eq!(stopped_s(1e-4, true, stops), Some(6.0));
         assert_eq!(stopped_s(1e-4, false, stops), None);
         assert_eq!(stopped_s(1e-4, true, |k| 1e-3 * noise(k)), None);
+    }
+
+    #[test]
+    fn a_fine_encoder_that_moved_slowly_before_it_stops_is_frozen() {
+        // slower than what counts as a motion, and faster than its noise
+        let slowly = |k: usize| 7e-4 * k.clamp(300, 900) as f64;
+        let stops = |k: usize| slowly(k) + 3e-4 * noise(k.min(900));
+        assert_eq!(stopped_s(1e-4, true, stops), Some(9.0));
+        // without noise it may rest
+        assert_eq!(stopped_s(1e-4, true, slowly), None);
     }
 
     #[test]

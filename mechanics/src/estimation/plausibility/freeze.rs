@@ -35,7 +35,7 @@ const LEAST_STEP: f64 = 1e-3;
 /// Of a signal that may rest while others move, as a force or a mass, motion elsewhere is no proof that it is frozen. But for as long
 /// as it rests, nothing shows that it is measured, and neither does anything of one that stopped before it has shown whether it has
 /// noise: see [`Freeze::is_silent`].
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Freeze {
     last: [f64; 4],
     step: [f64; 4],
@@ -75,26 +75,8 @@ impl Freeze {
     pub(super) fn new() -> Self {
         Self {
             last: [f64::NAN; 4],
-            step: [0.0; 4],
-            samples: 0,
-            run: 0,
-            run_since_ns: 0,
-            moving: 0,
-            changed: 0.0,
-            repeated: 0.0,
-            noise: 0.0,
-            noise_at_rest: 0.0,
-            is_missed: false,
-            mean: [0.0; 4],
-            squares: [0.0; 4],
             resolution: f64::INFINITY,
-            change: 0.0,
-            repeats: 0.0,
-            may_rest: false,
-            has_stop: false,
-            is_silent: false,
-            steps: false,
-            is_coarse: false,
+            ..Self::default()
         }
     }
 

@@ -20,6 +20,7 @@
 //! | `disagreement` | attitude of the IMU | gravity according to the attitude differs from the specific force |
 //! | `contradiction` | joints | the position jumped and stays: before or since then it is wrong |
 //! | `contradiction` | joints | it froze in motion and goes on from there: it has lost counts |
+//! | `contradiction` | specific force | it stepped and stays, and no velocity changes as that requires |
 //! | `contradiction` | attitude of the IMU | the inclination jumped and stays, and the gyro did not turn |
 //! | `contradiction` | arm and gyro | the platform does not lean on its tyres as the motion of the arm requires |
 //! | `contradiction` | gyro and attitude | the attitude turns otherwise than the angular velocity |

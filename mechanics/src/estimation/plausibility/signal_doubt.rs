@@ -9,10 +9,10 @@ pub struct SignalDoubt {
     /// The signal: a joint, or the specific force.
     pub signal: Proof,
     /// Error of the signal (rad, m or m/s^2; signed): the sum of the jumps of a joint, or the difference of the mean length of
-    /// the specific force from the nearest possible one. Zero for a joint that is not measured any more: its error is unknown.
+    /// the specific force from the nearest possible one, or the size of the sum of its steps. Zero for a joint that is not measured any more: its error is unknown.
     pub by: f64,
     /// The part of `by` that may be motion (same unit): after a jump back to a sum that is not larger, the joint is back. All of
-    /// it for a joint that has lost counts.
+    /// it for a joint that has lost counts. Zero for the mean length of the specific force.
     /// For a joint that is not measured any more: its velocity then (rad/s or m/s). Infinite if the lean of the platform has
     /// contradicted its standstill, whether it is measured again or not: a doubt of its own, beside another one.
     pub moved: f64,
@@ -39,6 +39,21 @@ pub struct Inherited {
 }
 
 impl SignalDoubt {
+    /// Creates the doubt that the mean length of the specific force is by so much beyond what is possible (m/s^2, signed).
+    pub(super) fn of_length(beyond: f64) -> Self {
+        Self {
+            signal: Proof::SpecificForce,
+            by: beyond,
+            moved: 0.0,
+        }
+    }
+
+    /// Whether the doubt is about the mean length of the specific force, and not that it has stepped.
+    #[must_use]
+    pub fn is_of_length(&self) -> bool {
+        self.by != 0.0 && self.moved == 0.0
+    }
+
     /// Creates the doubt that a joint is not measured any more, and shows the same position since.
     /// `rate`: its velocity then (rad/s or m/s).
     pub(super) fn frozen(joint: usize, rate: f64) -> Self {

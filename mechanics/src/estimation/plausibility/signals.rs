@@ -23,7 +23,7 @@ const TURNING: f64 = 0.1;
 const TRAVELLING: f64 = 0.1;
 /// Differences between two samples that do no harm: of a specific force (m/s^2), an angular velocity (rad/s), a velocity (m/s),
 /// and of a force on the tool, as a share of the weight.
-const HARMLESS_FORCE: f64 = 1.0;
+pub(super) const HARMLESS_FORCE: f64 = 1.0;
 const HARMLESS_TURNING: f64 = 0.2;
 const HARMLESS_VELOCITY: f64 = 0.3;
 const HARMLESS_TOOL: f64 = 0.02;
@@ -53,8 +53,8 @@ pub(in crate::estimation) struct SignalChecks {
     tool: [VectorWatch; 2],
     /// Actuators, by signal.
     actuators: Vec<VectorWatch>,
-    /// The load sensors and the signals of payloads.
-    numbers: Vec<(Sensor, Freeze)>,
+    /// The load sensors, the signals of payloads, and those of forces by which nothing is computed.
+    numbers: Vec<NumberWatch>,
     motion: Motion,
 }
 
@@ -67,6 +67,15 @@ pub(in crate::estimation) struct Sound {
     pub(super) turning: bool,
     pub(super) attitude: bool,
     pub(super) velocity: bool,
+}
+
+/// The check of a number from which the state is not estimated.
+#[derive(Debug, Clone)]
+struct NumberWatch {
+    sensor: Sensor,
+    freeze: Freeze,
+    /// Largest magnitude; infinite where nothing is known of it.
+    largest: f64,
 }
 
 /// Motion detected in the last samples.
@@ -161,7 +170,13 @@ impl SignalChecks {
                 })
                 .collect(),
             numbers: (sensors.all())
-                .filter_map(|sensor| Some((sensor, rest_of_number(machine, sensor)?)))
+                .filter_map(|sensor| {
+                    Some(NumberWatch {
+                        sensor,
+                        freeze: rest_of_number(machine, sensor)?,
+                        largest: largest_number(machine, sensor),
+                    })
+                })
                 .collect(),
             motion: Motion::default(),
             sensors: sensors.clone(),
@@ -206,19 +221,26 @@ impl SignalChecks {
         })
     }
 
-    /// Checks that a load sensor or a signal of payloads is still measured. Nothing else is known of a number without a scale,
-    /// which may jump.
+    /// Checks that a load sensor, a signal of payloads or a force by which nothing is computed is still measured, and that the force is
+    /// possible. Nothing else is known of a number without a scale, which may jump.
     pub(super) fn check_number(&mut self, sample: &Sample<'_>, findings: &mut Vec<Finding>) {
         let mut numbers = self.numbers.iter_mut();
-        let number = numbers.find(|(sensor, _)| *sensor == sample.sensor);
-        let Some((_, freeze)) = number.filter(|_| sample.values.iter().all(|it| it.is_finite()))
-        else {
+        let number = numbers.find(|it| it.sensor == sample.sensor);
+        let Some(number) = number.filter(|_| sample.values.iter().all(|it| it.is_finite())) else {
             return;
         };
         let (stamp_ns, Rules { limits, policies }) = (sample.stamp_ns, &self.rules);
+        let mut note = Note::new(findings, policies, sample);
+        let mut found = note.of(Part::Number);
+        let size = sample.values.iter().fold(0.0_f64, |a, it| a.max(it.abs()));
+        if size > number.largest {
+            found(Notice::of(FaultKind::OutOfRange, stamp_ns).measured(size, number.largest));
+            return;
+        }
         let moves = self.motion.joints;
-        if let Some(notice) = freeze.notice(stamp_ns, sample.values, moves, limits) {
-            Note::new(findings, policies, sample).of(Part::Number)(notice);
+        let frozen = (number.freeze).notice(stamp_ns, sample.values, moves, limits);
+        if let Some(notice) = frozen {
+            found(notice);
         }
     }
 
@@ -269,6 +291,13 @@ impl SignalChecks {
                 moved,
             })
         })
+    }
+
+    /// Returns the signals whose axes may be others since the heading of the IMU jumped.
+    pub(in crate::estimation) fn turned_housing(&self) -> Proofs {
+        let of_imu = [Proof::SpecificForce, Proof::AngularVelocity];
+        let turned = self.attitude.has_turned().then_some(of_imu);
+        turned.into_iter().flatten().collect()
     }
 
     /// Trusts the present positions of these joints, as a person says.
@@ -324,14 +353,13 @@ impl SignalChecks {
             .map(|(_, watch)| (watch, Proof::ActuatorForces));
         let vectors = of_imu.chain(of_tool).chain(of_actuators);
         let vectors = vectors.map(|(watch, proof)| (watch.freeze(), proof));
-        // no load hangs on load sensors
+        // no load hangs on load sensors, nor on forces by which nothing is computed
         let is_of_payload =
-            |sensor: &Sensor| matches!(sensor, Sensor::Number(NumberKind::Payload, _));
+            |sensor: Sensor| matches!(sensor, Sensor::Number(NumberKind::Payload, _));
         let numbers = self.numbers.iter();
         // an estimator that takes none of their samples knows nothing of them
-        let payloads =
-            numbers.filter(move |(sensor, freeze)| is_of_payload(sensor) && freeze.was_given());
-        vectors.chain(payloads.map(|(_, freeze)| (freeze, Proof::Payload)))
+        let payloads = numbers.filter(move |it| is_of_payload(it.sensor) && it.freeze.was_given());
+        vectors.chain(payloads.map(|it| (&it.freeze, Proof::Payload)))
     }
 
     /// Whether the last value of an actuator's signal says nothing of the force: see [`Freeze::says_nothing`].
@@ -506,7 +534,21 @@ impl SignalChecks {
     }
 }
 
-/// Returns the check for repeats of a load sensor or of a signal of payloads, by how it may rest; `None` for other sensors.
+/// Returns the largest magnitude of a number from which the state is not estimated; infinite where nothing is known of it.
+fn largest_number(machine: &Machine, sensor: Sensor) -> f64 {
+    let Sensor::Number(NumberKind::Force, signal) = sensor else {
+        return f64::INFINITY;
+    };
+    let mut signals = machine.arm_forces().iter().flat_map(|it| &it.signals);
+    let coefficient = signals
+        .find(|(it, _)| *it == signal)
+        .map(|(_, it)| it.abs());
+    let weight = machine.mass() * machine.gravity();
+    coefficient.map_or(f64::INFINITY, |factor| ACTUATOR_WEIGHTS * weight / factor)
+}
+
+/// Returns the check for repeats of a load sensor, of a signal of payloads or of one of a force by which nothing is computed, by how it
+/// may rest; `None` for other sensors.
 fn rest_of_number(machine: &Machine, sensor: Sensor) -> Option<Freeze> {
     let freeze = Freeze::new();
     match sensor {
@@ -518,6 +560,7 @@ fn rest_of_number(machine: &Machine, sensor: Sensor) -> Option<Freeze> {
                 _ => freeze.may_rest(),
             })
         }
+        Sensor::Number(NumberKind::Force, _) => Some(freeze.may_rest()),
         _ => None,
     }
 }

@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
+use super::gyro::UpSample;
 use crate::state::tilt_is_measured;
 
 /// Fastest rotation of a machine (rad/s), and the noise of a sample (rad).
@@ -32,17 +33,6 @@ pub(super) struct UpByAttitude {
     rate: Vector3<f64>,
     bits: [u64; 4],
     changed_ns: i64,
-}
-
-/// Up direction and angular velocity by the attitude, after a sample.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct ByAttitude {
-    pub(super) dt: f64,
-    pub(super) up: Vector3<f64>,
-    pub(super) sigma: f64,
-    /// Angular velocity across the up direction (rad/s, base axes).
-    pub(super) rate: Vector3<f64>,
-    pub(super) is_quiet: bool,
 }
 
 impl UpByAttitude {
@@ -76,7 +66,7 @@ impl UpByAttitude {
         stamp_ns: i64,
         xyzw: &[f64],
         speed: Option<f64>,
-    ) -> Option<ByAttitude> {
+    ) -> Option<UpSample> {
         let &[x, y, z, w] = xyzw else { return None };
         if !tilt_is_measured(xyzw) || !xyzw.iter().all(|v| v.is_finite()) {
             return None;
@@ -110,7 +100,7 @@ impl UpByAttitude {
         self.last = Some((stamp_ns, up));
         let share = 1.0 - (-dt / RATE_S).exp();
         self.rate += (-before.cross(&up) / dt - self.rate) * share;
-        Some(ByAttitude {
+        Some(UpSample {
             dt,
             up,
             sigma: if speed == Some(0.0) { STANDING } else { MOVING },

@@ -62,13 +62,13 @@ pub(super) struct UpByGyro {
     quiet_s: f64,
 }
 
-/// Up direction and angular velocity by the gyro, after a sample.
+/// Up direction and angular velocity by the gyro or the attitude, after a sample.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct ByGyro {
+pub(super) struct UpSample {
     pub(super) dt: f64,
     pub(super) up: Vector3<f64>,
     pub(super) sigma: f64,
-    /// Angular velocity without its bias (rad/s, base axes).
+    /// Angular velocity (rad/s, base axes): without the bias of the gyro; by the attitude that across the up direction.
     pub(super) rate: Vector3<f64>,
     pub(super) is_quiet: bool,
 }
@@ -112,7 +112,7 @@ impl UpByGyro {
         force: Option<Vector3<f64>>,
         speed: Option<f64>,
         attitude: Option<Vector3<f64>>,
-    ) -> Option<ByGyro> {
+    ) -> Option<UpSample> {
         if !turning.iter().all(|w| w.abs() <= LARGEST_RATE) {
             return None;
         }
@@ -144,7 +144,7 @@ impl UpByGyro {
         let force = force.filter(|force| force.iter().all(|f| f.is_finite()));
         self.watch_quiet(dt, &turning, force.as_ref(), speed);
         self.level(dt, speed, attitude);
-        Some(ByGyro {
+        Some(UpSample {
             dt,
             up: self.up?,
             sigma: self.variances[0].max(0.0).sqrt(),

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::reference::{Claim, rotation};
+use crate::number::normal_density;
 
 named! {
     /// Which measurement shows a rotation.
@@ -110,8 +111,6 @@ const LARGEST: f64 = std::f64::consts::FRAC_PI_2;
 /// ```
 pub(super) fn certainty(claim: &Claim, witness: RotationWitness) -> f64 {
     let (angle, sigma) = (claim.beyond_ground(), claim.sigma);
-    let density =
-        |x: f64| (-0.5 * (x / sigma).powi(2)).exp() / (sigma * (2.0 * std::f64::consts::PI).sqrt());
     let rotates = 1.0 / LARGEST;
-    witness.soundness() * rotates / (rotates + density(angle))
+    witness.soundness() * rotates / (rotates + normal_density(angle, sigma))
 }

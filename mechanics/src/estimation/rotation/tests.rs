@@ -1,7 +1,5 @@
 //! Synthetic rotations: what must count, and what must not.
 
-#![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
-
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::super::noise_of_tests::Noise;
@@ -95,15 +93,9 @@ fn seconds(ns: i64) -> f64 {
 
 fn imu_and_odometry() -> Sensors {
     Sensors {
-        joints: Vec::new(),
         imu: true,
         odometry: true,
-        tool_wrench: false,
-        actuators: Vec::new(),
-        switches: 0,
-        loads: 0,
-        commands: 0,
-        payload_signals: Vec::new(),
+        ..Sensors::default()
     }
 }
 

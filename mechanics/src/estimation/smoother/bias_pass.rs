@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use super::pass::{Pass, Run, run_all};
+use super::pass::{Run, by_turns};
 use super::sorted_samples::{ByStamp, SortedSamples};
 use super::source::SampleSource;
 use crate::estimation::bias::{BiasEstimator, BiasHistory};
@@ -31,21 +31,13 @@ pub(super) fn find_bias<S: SampleSource>(
         samples: ByStamp::new(samples),
         walks: walks.into_iter().map(|walk| (walk, None)).collect(),
     };
-    let mut batches: [Batch; 2] = Default::default();
-    loop {
-        let [first, second] = &mut batches;
-        let mut filled = Ok(());
-        let parts: Vec<Pass<'_>> = vec![
-            Box::new(|| filled = judged.fill(first)),
-            Box::new(|| second.give_to(&mut estimator)),
-        ];
-        run_all(run, parts);
-        filled?;
-        batches.rotate_right(1);
-        if is_void() || batches.iter().all(|batch| batch.samples.is_empty()) {
-            return Ok(estimator.smoothed());
-        }
-    }
+    by_turns(
+        run,
+        |batch: &mut Batch| judged.fill(batch),
+        |batch| batch.give_to(&mut estimator),
+        |batches| is_void() || batches.iter().all(|batch| batch.samples.is_empty()),
+    )?;
+    Ok(estimator.smoothed())
 }
 
 /// Consecutive samples, and how they are to be treated.

@@ -3,12 +3,11 @@
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use super::forward::{Forward, Passes, Track};
+use super::forward::{Forward, Passes};
 use super::history_reader::HistoryReader;
 use super::pass::Run;
 use super::sorted_samples::{Chunk, SortedSamples};
 use super::source::SampleSource;
-use crate::estimation::bias::BiasHistory;
 use crate::estimation::followed::Followed;
 use crate::estimation::kalman_filter::KalmanFilter;
 use crate::estimation::plausibility::{FaultSpan, SpanWalk};
@@ -36,12 +35,8 @@ const USUAL_STEPS_AFTER: usize = 128;
 pub struct BlockSmoother<S> {
     sensors: Sensors,
     samples: Vec<SortedSamples<S>>,
-    /// Filters of each sensor, in the order of `samples`.
-    tracks: Vec<Track>,
-    bias: BiasHistory,
-    faults: Vec<FaultSpan>,
-    shown: SessionProofs,
-    reversed: Vec<(usize, f64)>,
+    /// Its filters are of each sensor, in the order of `samples`.
+    forward: Forward,
     times_ns: Vec<i64>,
     rows_per_block: usize,
     max_gap_ns: i64,
@@ -83,21 +78,11 @@ impl<S: SampleSource> BlockSmoother<S> {
             samples: &samples,
             starts_ns: &starts_ns,
         };
-        let Forward {
-            faults,
-            shown,
-            reversed,
-            bias,
-            tracks,
-        } = passes.run(run)?;
+        let forward = passes.run(run)?;
         Ok(Self {
             sensors: sensors.clone(),
             samples,
-            tracks,
-            bias,
-            faults,
-            shown,
-            reversed,
+            forward,
             times_ns,
             rows_per_block,
             max_gap_ns,
@@ -127,14 +112,14 @@ impl<S: SampleSource> BlockSmoother<S> {
 
     /// Number of samples used and not used, by sensor.
     pub fn counts(&self) -> impl Iterator<Item = (Sensor, StreamCounts)> {
-        let sensors = self.samples.iter().zip(&self.tracks);
+        let sensors = self.samples.iter().zip(&self.forward.tracks);
         sensors.map(|(samples, track)| (samples.sensor(), track.counts))
     }
 
     /// The noise that the samples show, beside the stated one.
     #[must_use]
     pub fn shown_noise(&self) -> Vec<ShownNoise> {
-        let tracks = self.tracks.iter();
+        let tracks = self.forward.tracks.iter();
         tracks
             .flat_map(|track| track.shown_noise.iter().copied())
             .collect()
@@ -143,20 +128,20 @@ impl<S: SampleSource> BlockSmoother<S> {
     /// Implausible spans of the signals, sorted by start.
     #[must_use]
     pub fn faults(&self) -> &[FaultSpan] {
-        &self.faults
+        &self.forward.found.faults
     }
 
     /// Proofs and doubts about the sensors by the whole recording.
     #[must_use]
     pub fn shown(&self) -> SessionProofs {
-        self.shown
+        self.forward.found.shown
     }
 
     /// The probability that each joint of the arm has the other sign, by index, as the whole recording shows it; none where
     /// nothing compares them.
     #[must_use]
     pub fn reversed(&self) -> &[(usize, f64)] {
-        &self.reversed
+        &self.forward.found.reversed
     }
 
     /// A worker for one thread. `machine` must differ from that of [`BlockSmoother::new`] by its masses at most.
@@ -240,7 +225,7 @@ impl Bench {
     ) -> Result<(), S::Error> {
         let (samples, track, chunk) = (
             &smoother.samples[sensor],
-            &smoother.tracks[sensor],
+            &smoother.forward.tracks[sensor],
             &mut self.chunks[sensor],
         );
         let sensor = samples.sensor();
@@ -286,13 +271,13 @@ impl Bench {
         let mut readers: Vec<(Followed, HistoryReader<'_>)> = (self.filters.list.iter())
             .filter_map(|(followed, filter)| {
                 let last_ns = filter.last_ns();
-                let mut tracks = smoother.tracks.iter();
+                let mut tracks = smoother.forward.tracks.iter();
                 let goes_on = tracks.any(|track| track.goes_on(*followed, last_ns));
                 let reader = HistoryReader::new(filter.history()?, smoother.max_gap_ns, goes_on);
                 Some((*followed, reader))
             })
             .collect();
-        let faults = smoother.faults.iter();
+        let faults = smoother.forward.found.faults.iter();
         let is_later = |until_ns: Option<i64>| until_ns.is_none_or(|until| until > start_ns);
         let mut walk = SpanWalk::new(faults.filter(|span| is_later(span.until_ns)));
         let first_ns = smoother.times_ns.first().copied().unwrap_or(start_ns);
@@ -326,7 +311,7 @@ impl Bench {
                 machine,
                 elapsed_s,
                 &effect,
-                &smoother.bias.at(time_ns),
+                &smoother.forward.bias.at(time_ns),
                 &mut read,
                 &mut self.state,
             );

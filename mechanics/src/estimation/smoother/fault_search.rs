@@ -6,7 +6,7 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::pass::{Pass, Run, run_all};
+use super::pass::{Run, by_turns};
 use super::sorted_samples::{ByStamp, SortedSamples};
 use super::source::SampleSource;
 use crate::estimation::plausibility::{
@@ -19,6 +19,7 @@ use crate::state::{Sample, Sensor, Sensors};
 const BATCH: usize = 2048;
 
 /// Result of the search for faults.
+#[derive(Debug)]
 pub(super) struct Searched {
     /// Implausible spans, sorted by start.
     pub(super) faults: Vec<FaultSpan>,
@@ -48,31 +49,22 @@ pub(super) fn find_faults<S: SampleSource>(
         findings: room_for_findings(sensors),
         faulty,
     };
-    let mut batches: [Batch; 2] = Default::default();
-    loop {
-        let [first, second] = &mut batches;
-        let mut filled = Ok(());
-        let parts: Vec<Pass<'_>> = vec![
-            Box::new(|| filled = checked.fill(first)),
-            // the longer part: whoever runs the parts takes this one, and leaves the other
-            Box::new(|| compared.take(second)),
-        ];
-        run_all(run, parts);
-        filled?;
-        batches.rotate_right(1);
-        if batches.iter().all(|batch| batch.samples.is_empty()) {
-            return Ok(Searched {
-                shown: SessionProofs {
-                    proven: compared.relations.proven(),
-                    disputed: compared.relations.disputed(),
-                    unchanged: checked.checks.unchanged(&|_| false),
-                    at_zero: checked.checks.at_zero(),
-                },
-                reversed: compared.relations.reversed(),
-                faults: compared.spans.finish(),
-            });
-        }
-    }
+    by_turns(
+        run,
+        |batch: &mut Batch| checked.fill(batch),
+        |batch| compared.take(batch),
+        |batches| batches.iter().all(|batch| batch.samples.is_empty()),
+    )?;
+    Ok(Searched {
+        shown: SessionProofs {
+            proven: compared.relations.proven(),
+            disputed: (compared.relations.disputed()).with(checked.checks.turned_housing()),
+            unchanged: checked.checks.unchanged(&|_| false),
+            at_zero: checked.checks.at_zero(),
+        },
+        reversed: compared.relations.reversed(),
+        faults: compared.spans.finish(),
+    })
 }
 
 /// Consecutive samples that were checked by themselves.

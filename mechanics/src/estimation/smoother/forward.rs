@@ -14,7 +14,7 @@ use crate::estimation::kalman_filter::FilterState;
 use crate::estimation::plausibility::{FaultSpan, SpanWalk};
 use crate::estimation::shown_noise::ShownNoise;
 use crate::estimation::state_builder::Filters;
-use crate::machine::{Machine, SessionProofs};
+use crate::machine::Machine;
 use crate::state::{Credible, SampleError, Sensor, Sensors, StreamCounts, tilt_is_measured};
 
 /// One sensor and its filters over the whole log.
@@ -56,13 +56,9 @@ impl Track {
 }
 
 /// Result of the forward pass.
+#[derive(Debug)]
 pub(super) struct Forward {
-    /// Implausible spans, sorted by start.
-    pub(super) faults: Vec<FaultSpan>,
-    /// Proofs and doubts about the sensors by the whole log.
-    pub(super) shown: SessionProofs,
-    /// The probability that each joint of the arm has the other sign.
-    pub(super) reversed: Vec<(usize, f64)>,
+    pub(super) found: Searched,
     pub(super) bias: BiasHistory,
     /// Filters of each sensor over the whole log.
     pub(super) tracks: Vec<Track>,
@@ -99,17 +95,14 @@ impl<S: SampleSource> Passes<'_, S> {
             passes.push(Box::new(move || track.set(follow())));
         }
         run(passes);
-        let Searched {
-            faults,
-            shown,
-            reversed,
-        } = found.take_or(|| self.find_faults(&faulty, run))?;
+        let found = found.take_or(|| self.find_faults(&faulty, run))?;
+        let faults = &found.faults;
         let of_sensor = |sensor: usize| -> Vec<FaultSpan> {
-            faults_of(&faults, self.samples[sensor].sensor())
+            faults_of(faults, self.samples[sensor].sensor())
                 .copied()
                 .collect()
         };
-        let find_bias = || self.find_bias(&of_bias, &faults, &|| false, run);
+        let find_bias = || self.find_bias(&of_bias, faults, &|| false, run);
         let follow = |sensor: usize| self.follow(sensor, of_sensor(sensor), &|| false);
         let mut passes: Vec<Pass<'_>> = Vec::new();
         if is_bias_faulty() {
@@ -131,9 +124,7 @@ impl<S: SampleSource> Passes<'_, S> {
         });
         let tracks = tracks.collect::<Result<_, _>>()?;
         Ok(Forward {
-            faults,
-            shown,
-            reversed,
+            found,
             bias,
             tracks,
         })

@@ -8,8 +8,33 @@ pub type Pass<'p> = Box<dyn FnOnce() + Send + 'p>;
 /// Runs the parts that it is given, on one thread or on several.
 pub(super) type Run<'r> = &'r (dyn Fn(Vec<Pass<'_>>) + Sync);
 
+/// Fills one batch while another is taken, by turns, until `is_over` by both. `run` runs the parts of the work.
+pub(super) fn by_turns<B: Default + Send, E: Send>(
+    run: Run<'_>,
+    mut fill: impl FnMut(&mut B) -> Result<(), E> + Send,
+    mut take: impl FnMut(&mut B) + Send,
+    is_over: impl Fn(&[B; 2]) -> bool,
+) -> Result<(), E> {
+    let mut batches = [B::default(), B::default()];
+    loop {
+        let [first, second] = &mut batches;
+        let mut filled = Ok(());
+        let parts: Vec<Pass<'_>> = vec![
+            Box::new(|| filled = fill(first)),
+            // the longer part: whoever runs the parts takes this one, and leaves the other
+            Box::new(|| take(second)),
+        ];
+        run_all(run, parts);
+        filled?;
+        batches.rotate_right(1);
+        if is_over(&batches) {
+            return Ok(());
+        }
+    }
+}
+
 /// Runs all parts: those that `run` leaves out are run here.
-pub(super) fn run_all(run: Run<'_>, parts: Vec<Pass<'_>>) {
+fn run_all(run: Run<'_>, parts: Vec<Pass<'_>>) {
     let parts: Vec<_> = parts
         .into_iter()
         .map(|part| Mutex::new(Some(part)))

@@ -1,11 +1,10 @@
 //! Status of each support at one time, and the set of supports on the ground that follows from it.
 
 use crate::machine::{MAX_WHEELS, Machine, MeasuredLoad, SupportId, SupportKind, Supports};
+use crate::number::SURE_SIGMAS;
 
 /// Largest age of a sample of a measured load that tells whether its support is set (s).
 pub const LOAD_MAX_AGE_S: f64 = 2.0;
-/// Measured load, in its standard deviations, above which a support without a switch is set.
-const LOADED_SIGMAS: f64 = 2.0;
 /// A support that is told not to be set, and carries this share of the mean load of all feet, is set all the same: a retracted
 /// cylinder that presses against its stop measures less.
 const CARRIES_SHARE: f64 = 0.25;
@@ -54,7 +53,7 @@ impl SupportStatus {
 /// The load from which on a support without a switch is set (N).
 #[must_use]
 pub fn is_set_from(load: &MeasuredLoad) -> f64 {
-    LOADED_SIGMAS * load.sigma
+    SURE_SIGMAS * load.sigma
 }
 
 /// The load from which on a support that is told not to be set is set all the same (N).
@@ -70,8 +69,10 @@ pub fn carries_from(machine: &Machine, load: &MeasuredLoad) -> f64 {
 /// Reason for which the supports on the ground are unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum GroundGap {
-    /// The weight passes from some supports to others.
+    /// The weight passes from some supports to others, as far as is told none of which was in the air before.
     Transition,
+    /// Supports are set that were in the air on the last set that was known, and take the weight.
+    Taken,
     /// The signal of this support is missing or too old.
     Missing(SupportId),
     /// This support is told not to be set, while its own sensor measures a load.
@@ -95,6 +96,12 @@ impl GroundSet {
     #[must_use]
     pub fn has(self, support: SupportId) -> bool {
         self.0 >> support.index() & 1 == 1
+    }
+
+    /// Whether the set has a support that another one has not.
+    #[must_use]
+    pub fn exceeds(self, other: Self) -> bool {
+        self.0 & !other.0 != 0
     }
 
     /// Returns the supports of the set as a list, in their order.

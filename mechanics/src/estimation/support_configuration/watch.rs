@@ -25,6 +25,8 @@ pub struct SupportWatch {
     known: Option<GroundSet>,
     /// Stamp at which that set followed another one (ns).
     changed_ns: Option<i64>,
+    /// The last set on which the machine stood for certain: that before a transition.
+    stood_on: Option<GroundSet>,
 }
 
 /// The sources of a support's status.
@@ -149,6 +151,7 @@ impl SupportWatch {
             transition_ns: nanoseconds(supports.transition_s),
             known: None,
             changed_ns: None,
+            stood_on: None,
         })
     }
 
@@ -202,10 +205,15 @@ impl SupportWatch {
         let set = self.follow(machine, time_ns)?;
         let in_transition =
             |changed_ns: i64| (time_ns.saturating_sub(changed_ns)) < self.transition_ns;
-        match self.changed_ns.is_some_and(in_transition) {
-            true => Err(GroundGap::Transition),
-            false => Ok(set),
+        if self.changed_ns.is_some_and(in_transition) {
+            let takes = self.stood_on.is_some_and(|before| set.exceeds(before));
+            return Err(match takes {
+                true => GroundGap::Taken,
+                false => GroundGap::Transition,
+            });
         }
+        self.stood_on = Some(set);
+        Ok(set)
     }
 
     /// Returns the set at a time, new or not, and follows it.

@@ -168,12 +168,15 @@ impl Checker<'_> {
             load_sensors: Vec::new(),
             joint_commands: Vec::new(),
             payload_signals: Vec::new(),
+            arm_forces: Vec::new(),
+            force_signals: Vec::new(),
             identified: None,
             corrections: None,
         };
         let weight = machine.mass() * machine.gravity;
         machine.joint_commands = self.joint_commands(&machine.joints);
         self.add_payload_signals(&mut machine)?;
+        self.add_arm_forces(&mut machine);
         machine.load_sensors = self.load_sensors(&machine.supports, weight)?;
         self.check_against_machine(&machine)?;
         self.add_doubts(&mut machine)?;

@@ -2,6 +2,7 @@
 //! that is wrong with it.
 
 mod actuated_joints;
+mod arm_forces;
 mod checker;
 mod contact;
 mod doubts;

@@ -2,8 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::compared_row::ComparedRow;
-use super::measured_row::{MeasuredRow, RowPlace};
+use super::rows::{ComparedRow, MeasuredRow, RowPlace};
 use super::singles::Singles;
 use super::total::sensors_of_all;
 use super::total_row::TotalRow;

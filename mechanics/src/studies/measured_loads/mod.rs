@@ -4,9 +4,7 @@
 //! reproduce a live run offline. Measured loads change no computed one here.
 
 mod compare;
-mod compared_row;
-mod excess;
-mod measured_row;
+mod rows;
 mod run;
 mod singles;
 mod total;
@@ -15,12 +13,12 @@ mod unstated;
 mod watch;
 
 pub use compare::{compare, measures_supports};
-pub use compared_row::ComparedRow;
-pub use excess::shows;
-pub use measured_row::{MeasuredRow, RowPlace};
+pub use rows::{ComparedRow, MeasuredRow, RowPlace, shows};
+pub(super) use run::Run;
 pub use run::{FEWEST_ROWS, LEAST_NS};
 pub use singles::{Acts, PointForce};
 pub use total::{exchanged, sensors_of_all};
 pub use total_row::TotalRow;
 pub use unstated::UnstatedLoad;
+pub(super) use watch::PERIOD_NS;
 pub use watch::{LoadDoubt, LoadWatch};

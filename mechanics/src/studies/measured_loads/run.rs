@@ -9,7 +9,7 @@ pub const FEWEST_ROWS: usize = 4;
 
 /// The last rows that are off, without a hole.
 #[derive(Debug)]
-pub(super) struct Run<R> {
+pub(in crate::studies) struct Run<R> {
     rows: VecDeque<(i64, R)>,
     most: usize,
     /// Stamp of the first row of the run, kept or not (ns).
@@ -18,7 +18,7 @@ pub(super) struct Run<R> {
 
 impl<R> Run<R> {
     /// Creates a run without rows; the last `most` of them are kept.
-    pub(super) fn new(most: usize) -> Self {
+    pub(in crate::studies) fn new(most: usize) -> Self {
         Self {
             rows: VecDeque::with_capacity(most),
             most,
@@ -31,7 +31,7 @@ impl<R> Run<R> {
     }
 
     /// Takes a row that is judged.
-    pub(super) fn take(&mut self, time_ns: i64, is_off: bool, row: R) {
+    pub(in crate::studies) fn take(&mut self, time_ns: i64, is_off: bool, row: R) {
         let last_ns = self.rows.back().map(|(last_ns, _)| *last_ns);
         if !is_off || last_ns.is_some_and(|last_ns| time_ns.saturating_sub(last_ns) >= LEAST_NS) {
             self.rows.clear();
@@ -49,7 +49,7 @@ impl<R> Run<R> {
     }
 
     /// The last rows, if they have been off for long enough.
-    pub(super) fn lasting(&self) -> Option<Vec<&R>> {
+    pub(in crate::studies) fn lasting(&self) -> Option<Vec<&R>> {
         let (last_ns, _) = self.rows.back()?;
         let lasts = last_ns.saturating_sub(self.since_ns) >= LEAST_NS;
         (lasts && self.rows.len() >= FEWEST_ROWS)

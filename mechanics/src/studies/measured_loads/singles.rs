@@ -6,7 +6,7 @@
 //!     D = sum of D_i,      acts at  sum of D_i p_i / D
 //! ```
 
-use super::measured_row::MeasuredRow;
+use super::rows::MeasuredRow;
 use crate::evaluate::workspace::Workspace;
 use crate::machine::{ForceSource, Machine};
 use crate::state::State;

@@ -1,6 +1,6 @@
 //! A row at which the total of the measured loads is compared with the computed one.
 
-use super::excess::{EXCESS, shows};
+use super::rows::{EXCESS, shows};
 use super::singles::Acts;
 
 /// A row at which the totals are compared.

@@ -3,7 +3,7 @@
 use serde::Serialize;
 use tipwatch_language::{say, word};
 
-use super::excess::shows;
+use super::rows::shows;
 use super::singles::{Acts, PointForce};
 use super::total_row::TotalRow;
 

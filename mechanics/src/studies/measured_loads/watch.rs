@@ -1,8 +1,7 @@
 //! Contradictions between measured and computed loads, by the rows so far.
 
 use super::compare::{compare, measures_supports};
-use super::compared_row::ComparedRow;
-use super::measured_row::{MeasuredRow, RowPlace};
+use super::rows::{ComparedRow, MeasuredRow, RowPlace};
 use super::run::Run;
 use super::total::exchanged;
 use super::total_row::TotalRow;
@@ -13,7 +12,7 @@ use crate::machine::{LoadSensor, Machine};
 use crate::state::Reason;
 
 /// Shortest time between two compared rows (ns): errors of one machine are much the same in all rows of a second.
-const PERIOD_NS: i64 = 250_000_000;
+pub(in crate::studies) const PERIOD_NS: i64 = 250_000_000;
 /// Rows in the mean of a contradiction: somewhat more than the shortest one.
 const ROWS: usize = 12;
 

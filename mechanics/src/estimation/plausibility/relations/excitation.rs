@@ -10,10 +10,9 @@
 use nalgebra::{SVector, Vector1, Vector2, Vector3};
 use tipwatch_language::{say, word};
 
-use super::band::Band;
 use super::lean::of_arm;
 use super::lean_model::LeanModel;
-use super::low_pass::left;
+use super::low_pass::{Band, left};
 use crate::machine::Machine;
 use crate::state::State;
 

@@ -69,6 +69,11 @@ impl Inclination {
         self.covariance[(0, 0)] += share * share + noise * noise;
     }
 
+    /// The up direction.
+    pub(super) fn up(&self) -> Vector3<f64> {
+        self.up
+    }
+
     /// Standard deviation of the inclination (rad).
     pub(super) fn sigma(&self) -> f64 {
         self.covariance[(0, 0)].sqrt()

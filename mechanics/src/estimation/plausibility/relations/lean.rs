@@ -10,8 +10,6 @@
 //! has the other sign, is exchanged with another or moves by another scale; or it lets a joint move that its encoder shows
 //! at rest; or it lets a load be taken up. Where the machine travels or tips, and after a hole, nothing is asked.
 
-use std::f64::consts::TAU;
-
 use nalgebra::{SVector, Vector2, Vector3};
 
 use super::super::explanation::Explanation;
@@ -22,6 +20,7 @@ use super::likelihood::{Evidence, Mixture, Standing, log_density_of_other, stude
 use super::rolling::Rolled;
 use super::unknowns::Unknowns;
 use crate::machine::{Axis, Machine, Proof, Proofs};
+use crate::number::normal_density;
 
 /// Number of unknowns: bias about x and y, compliance about x and y, load, and one that is drawn anew in each window.
 const UNKNOWNS: usize = 6;
@@ -103,9 +102,7 @@ pub fn lean_shows_loads(share: f64, [lean, rest]: [f64; 2]) -> Option<f64> {
         total += weight;
     }
     let right = (1.0 - BEFOREHAND) * right / total;
-    let by_chance = BY_CHANCE.hypot(sigma);
-    let density = (-0.5 * (share / by_chance).powi(2)).exp() / (by_chance * TAU.sqrt());
-    let wrong = BEFOREHAND * density;
+    let wrong = BEFOREHAND * normal_density(share, BY_CHANCE.hypot(sigma));
     Some(right / (right + wrong))
 }
 
@@ -296,13 +293,12 @@ impl LeanRelation {
         })
     }
 
-    /// The encoder of a joint had stopped in a session before, or before a restart.
-    pub(super) fn remember_stopped(&mut self, joint: usize) {
+    /// The encoder of a joint had stopped in a session before, or before a restart. Returns whether the lean tells of that joint.
+    pub(super) fn remember_stopped(&mut self, joint: usize) -> bool {
         let stopped = Explanation::JointStopped(joint);
-        let alternatives = self.alternatives.iter_mut();
-        alternatives
-            .filter(|it| it.explanation == stopped)
-            .for_each(|it| it.had_stopped = true);
+        let mut alternatives = self.alternatives.iter_mut();
+        let it = alternatives.find(|it| it.explanation == stopped);
+        it.map(|it| it.had_stopped = true).is_some()
     }
 
     /// Whether the lean of the platform agrees with this joint's position, and refutes the offset that was supposed for it.

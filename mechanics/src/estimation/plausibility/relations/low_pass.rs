@@ -1,6 +1,6 @@
-//! First-order low-pass filter of a vector at irregular steps.
+//! Filters of a vector at irregular steps: a first-order low-pass filter, and the band of a slow oscillation.
 
-use nalgebra::SVector;
+use nalgebra::{SVector, Vector2};
 
 /// Returns the share of a value that is left after decaying for `dt` seconds with this time constant.
 pub(super) fn left(dt: f64, time_constant_s: f64) -> f64 {
@@ -52,5 +52,31 @@ impl<const N: usize> LowPass<N> {
 
     pub(super) fn reset(&mut self) {
         self.value = None;
+    }
+}
+
+/// Two high-pass filters in a row.
+#[derive(Debug, Clone)]
+pub(super) struct Band {
+    time_constant_s: f64,
+    filters: [LowPass<2>; 2],
+}
+
+impl Band {
+    /// Filters with this time constant.
+    pub(super) fn new(time_constant_s: f64) -> Self {
+        Self {
+            time_constant_s,
+            filters: [LowPass::new(time_constant_s), LowPass::new(time_constant_s)],
+        }
+    }
+
+    pub(super) fn step(&mut self, dt: f64, input: &Vector2<f64>) -> Vector2<f64> {
+        let share = share(dt, self.time_constant_s);
+        let mut signal = *input;
+        for filter in &mut self.filters {
+            signal -= filter.step_by(share, &signal);
+        }
+        signal
     }
 }

@@ -9,6 +9,7 @@
 //! | [`Part::Rolling`] | way | wheels; against odometry | as above |
 //! | [`Part::Tilt`] | inclination | IMU; against odometry | always |
 //! | [`Part::Lean`] | how the platform leans on its tyres | joints of the arm; against gyro | of a machine that stands |
+//! | [`Part::SpecificForce`] | specific force after it stepped | as `Part::Acceleration`, and itself before | until it steps back |
 //! | [`Part::Joint`] | where a joint is after its position jumped | itself before; decided by the lean | until it returns |
 //!
 //! Where no attitude is measured, the up direction at rest, carried on by the gyro, stands for it: see [`inclination`].
@@ -18,8 +19,8 @@
 //! ([`unknowns`]: biases, the compliance of tyres and ground), and an error of the model. Against it stand alternatives
 //! ([`Explanation`](super::Explanation)). A relation cannot tell which of its sensors is wrong. Where nothing moves, nothing is shown.
 
-mod band;
 mod excitation;
+mod force_step;
 mod gyro;
 mod hypotheses;
 mod inclination;
@@ -48,6 +49,7 @@ use super::signals::Sound;
 use crate::machine::{Machine, Proof, Proofs};
 use crate::state::{Sample, Sensor, Sensors, tilt_is_measured};
 pub use excitation::{Excitation, Unshown};
+use force_step::{ForceSteps, Measured};
 pub use lean::lean_shows_loads;
 use lean::{BEFOREHAND, LeanRelation, of_arm};
 pub use lean_model::LeanOnTyres;
@@ -57,11 +59,9 @@ use motion::{RotationRelation, SpecificForceRelation};
 use offsets::Offsets;
 use tilt::TiltRelation;
 use turn::{TurnRelation, WayRelation};
-use window::{Accumulated, WINDOW_S};
+use window::{Accumulated, TURNED_OVER, WINDOW_S};
 
-/// Turn of the platform in a window from which it is turned over, or thrown about (rad), and the time for which wheels and
-/// odometry are not compared then (ns).
-const TURNED_OVER: f64 = 0.15;
+/// Time after the platform was turned over for which wheels and odometry are not compared (ns).
 const AFTERWARDS_NS: i64 = 2_000_000_000;
 /// Alternatives that are weighed, about: the threshold depends on the logarithm of their number.
 const ALTERNATIVES: usize = 80;
@@ -78,12 +78,15 @@ pub(in crate::estimation) struct Relations {
     has_imu: bool,
     rotation: RotationRelation,
     force: SpecificForceRelation,
+    steps: ForceSteps,
     turns: [TurnRelation; 3],
     way: WayRelation,
     tilt: TiltRelation,
     lean: Option<LeanRelation>,
     /// Joints of the arm.
     arm: Vec<usize>,
+    /// Joints of which an earlier session has contradicted that they stood still, and of which the lean tells nothing in this one.
+    stopped_before: Vec<usize>,
     offsets: Offsets,
     /// Joints of each stream.
     joints: Vec<Vec<usize>>,
@@ -115,11 +118,13 @@ impl Relations {
             has_imu,
             rotation: RotationRelation::new(threshold),
             force: SpecificForceRelation::new(machine, threshold),
+            steps: ForceSteps::new(machine),
             turns: [YawBy::Odometry, YawBy::Speeds, YawBy::Steering].map(turn),
             way: WayRelation::new(threshold),
             tilt: TiltRelation::new(machine, threshold),
             lean: LeanRelation::new(machine, has_imu, threshold),
             arm: of_arm(machine).collect(),
+            stopped_before: Vec::new(),
             offsets: Offsets::new(machine),
             joints: streams.map(|stream| stream.joints.clone()).collect(),
             proven: Proofs::NONE,
@@ -173,14 +178,30 @@ impl Relations {
         let [force, turning] = [force, turning].map(Vector3::from_column_slice);
         let xyzw = sound.attitude.then_some(xyzw);
         (self.window).take_imu(sample.stamp_ns, [&force, &turning], xyzw);
-        if let Some(up) = xyzw
+        let up = xyzw
             .filter(|xyzw| tilt_is_measured(xyzw))
             .and_then(up_direction)
-        {
-            self.tilt.take_imu(&(self.base_from_imu * up));
+            .map(|up| self.base_from_imu * up);
+        if let Some(up) = &up {
+            self.tilt.take_imu(up);
+        }
+        let [force, turning] = [force, turning].map(|vector| self.base_from_imu * vector);
+        match up.or_else(|| self.window.carried_up()) {
+            // thrown about, it moves as no wheel does
+            _ if sample.stamp_ns < self.silent_until_ns => self.steps.restart(),
+            Some(up) => {
+                let measured = Measured {
+                    stamp_ns: sample.stamp_ns,
+                    force,
+                    turning,
+                    up,
+                    velocity: self.window.velocity(sample.stamp_ns),
+                };
+                self.steps.take(&measured, &self.rules.limits);
+            }
+            None => {}
         }
         if let Some(lean) = &mut self.lean {
-            let [force, turning] = [force, turning].map(|vector| self.base_from_imu * vector);
             lean.take_imu(sample.stamp_ns, [&force, &turning], self.window.speed());
         }
     }
@@ -281,6 +302,9 @@ impl Relations {
         if sample.sensor != Sensor::Imu {
             return;
         }
+        if let Some(notice) = self.steps.standing(sample.stamp_ns) {
+            note.of(Part::SpecificForce)(notice);
+        }
         tell(self.rotation.standing(), &mut note.of(Part::Rotation));
         let part = self.force.part();
         tell(self.force.standing(), &mut note.of(part));
@@ -301,6 +325,16 @@ impl Relations {
         self.offsets.doubts()
     }
 
+    /// Returns the doubt about the specific force since it stepped.
+    pub(in crate::estimation) fn force_step(&self) -> Option<SignalDoubt> {
+        self.steps.doubt()
+    }
+
+    /// Remembers the size of a step of the specific force in an earlier session (m/s^2).
+    pub(in crate::estimation) fn remember_force_step(&mut self, by: f64) {
+        self.steps.remember(by);
+    }
+
     /// Remembers the jump of a joint in an earlier session: its size, and the part of it that may be motion (rad or m).
     pub(in crate::estimation) fn remember_offset(&mut self, joint: usize, by: f64, moved: f64) {
         let supposed = self.offsets.remember(joint, by, moved);
@@ -312,13 +346,15 @@ impl Relations {
     /// The joints whose encoder had stopped, as the lean of the platform has contradicted.
     pub(in crate::estimation) fn had_stopped(&self) -> impl Iterator<Item = SignalDoubt> {
         let joints = self.lean.iter().flat_map(LeanRelation::had_stopped);
+        let joints = joints.chain(self.stopped_before.iter().copied());
         joints.map(SignalDoubt::stopped_once)
     }
 
     /// The encoder of a joint had stopped in a session before, or before a restart.
     pub(in crate::estimation) fn remember_stopped(&mut self, joint: usize) {
-        if let Some(lean) = &mut self.lean {
-            lean.remember_stopped(joint);
+        let lean = self.lean.as_mut();
+        if !lean.is_some_and(|lean| lean.remember_stopped(joint)) {
+            self.stopped_before.push(joint);
         }
         self.prove();
     }
@@ -335,6 +371,10 @@ impl Relations {
             }
         }
         self.offsets.trust(signals);
+        (self.stopped_before).retain(|&joint| !signals.has(Proof::Joint(joint)));
+        if signals.has(Proof::SpecificForce) {
+            self.steps.trust();
+        }
     }
 }
 
@@ -367,6 +407,9 @@ impl Relations {
             self.proven.remove(Proof::AngularVelocity);
         }
         self.disputed = lean.map_or(Proofs::NONE, LeanRelation::disputed);
+        for &joint in &self.stopped_before {
+            self.disputed.add(Proof::Joint(joint));
+        }
         // the attitude of an IMU is that of its housing
         let is_force = self.force.is_disputed(BEFOREHAND) || self.tilt.is_disputed(BEFOREHAND);
         let is_turning = self.rotation.is_disputed(BEFOREHAND);

@@ -165,7 +165,7 @@ const FORCE_BIAS_DRIFT: f64 = 0.01;
 /// Mean specific force that has other causes (m/s^2).
 const LEAST_FORCE: f64 = 0.08;
 /// Noise of a velocity (m/s).
-const VELOCITY_NOISE: f64 = 0.01;
+pub(super) const VELOCITY_NOISE: f64 = 0.01;
 /// Share of the acceleration by which a velocity lags or slips.
 const ACCELERATION_SHARE: f64 = 0.15;
 /// Vertical component of the up direction of a machine that drives: a slope of 60 degrees.

@@ -14,7 +14,9 @@ const NOISE_WEIGHT: f64 = 1.0 / 256.0;
 /// bias (rad/s).
 const CREEPS: f64 = 0.1;
 const CREEPS_EVENLY: f64 = 0.03;
-const RESTS_TURNING: f64 = 0.04;
+pub(super) const RESTS_TURNING: f64 = 0.04;
+/// Turn of the platform in a window from which it is turned over, or thrown about (rad).
+pub(super) const TURNED_OVER: f64 = 0.15;
 
 /// The window so far.
 #[derive(Debug, Clone)]
@@ -64,7 +66,7 @@ pub(super) struct Window {
     pub(super) slip: f64,
 }
 
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 struct Imu {
     last_ns: Option<i64>,
     is_broken: bool,
@@ -240,6 +242,25 @@ impl Accumulated {
         it.last = Some((stamp_ns, rolled));
     }
 
+    /// Returns the velocity of the base by the odometry or, without that, forward by the wheels, and the standard deviation of its
+    /// components (m/s); `None` where neither is measured about `stamp_ns`.
+    pub(super) fn velocity(&self, stamp_ns: i64) -> Option<(Vector3<f64>, f64)> {
+        let is_fresh = |at_ns: i64| stamp_ns.saturating_sub(at_ns).abs() <= self.max_gap_ns;
+        let odometry = self.odometry.last.filter(|(at_ns, _)| is_fresh(*at_ns));
+        let odometry = odometry.map(|(_, velocity)| (velocity, self.odometry.noise.sqrt()));
+        let wheels = self.wheels.last.filter(|(at_ns, _)| is_fresh(*at_ns));
+        let wheels = wheels.map(|(_, rolled)| (Vector3::x() * rolled.speed, rolled.slip));
+        odometry.or(wheels)
+    }
+
+    /// Returns the up direction by the gyro of an IMU that measures no attitude (base axes); `None` before it has rested.
+    pub(super) fn carried_up(&self) -> Option<Vector3<f64>> {
+        let carried = self.imu.inclination.as_ref();
+        carried
+            .filter(|_| !self.imu.measures_attitude)
+            .map(Inclination::up)
+    }
+
     /// The speed of the machine by its wheels and its odometry, whichever is faster (m/s); `None` where neither is known.
     pub(super) fn speed(&self) -> Option<f64> {
         let wheels = self.wheels.last.map(|(_, rolled)| rolled.fastest);
@@ -375,23 +396,8 @@ impl Imu {
 
     fn new() -> Self {
         Self {
-            last_ns: None,
-            is_broken: false,
-            rotation: UnitQuaternion::identity(),
-            first: None,
-            last: None,
-            force: Vector3::zeros(),
-            squares: Vector3::zeros(),
-            up: Vector3::zeros(),
             has_attitude: true,
-            count: 0.0,
-            beyond: None,
-            noise: 0.0,
-            scatter: 0.0,
-            turning: Vector3::zeros(),
-            turning_squares: 0.0,
-            measures_attitude: false,
-            inclination: None,
+            ..Self::default()
         }
     }
 

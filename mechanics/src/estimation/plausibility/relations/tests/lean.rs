@@ -5,10 +5,12 @@ use std::f64::consts::TAU;
 use nalgebra::{Vector2, Vector3};
 
 use super::super::super::notice::Rules;
+use super::super::Relations;
 use super::super::lean::LeanRelation;
 use super::super::lean_model::LeanModel;
 use super::{checked, joint, posture, steered};
 use crate::machine::{Machine, Proof};
+use crate::state::Sensors;
 
 /// Time between samples (s), and samples of a window.
 const STEP_S: f64 = 0.01;
@@ -142,8 +144,9 @@ fn an_encoder_that_has_stopped_is_disputed_until_it_is_trusted() {
     let kept: Vec<usize> = stopped.had_stopped().collect();
     assert_eq!(kept, [joint(&machine, "slew")]);
     let mut restarted = sound;
-    kept.iter()
-        .for_each(|&joint| restarted.remember_stopped(joint));
+    for &joint in &kept {
+        assert!(restarted.remember_stopped(joint));
+    }
     for mut shown in [stopped, restarted] {
         assert!(is_disputed(&shown));
         shown.trust([of_slew].into_iter().collect());
@@ -198,4 +201,21 @@ fn nothing_is_proven_while_a_wheel_carries_nothing() {
     });
     assert!(level.0 && level.1 < 1e-4, "{level:?}");
     assert!(!sloped.0 && sloped.1 < 1e-4, "{sloped:?}");
+}
+
+/// A crane on jacks leans otherwise than on its tyres, so that nothing is compared. What an earlier session has found stands.
+#[test]
+fn a_stop_in_an_earlier_session_is_kept_where_no_lean_is_compared() {
+    let machine = checked(
+        include_str!("../../../../../../tests/data/crane.toml"),
+        include_str!("../../../../../../tests/data/crane.urdf"),
+    );
+    let luff = joint(&machine, "luff");
+    let mut relations = Relations::new(&machine, &Sensors::default());
+    relations.remember_stopped(luff);
+    let kept: Vec<Proof> = relations.had_stopped().map(|it| it.signal).collect();
+    assert_eq!(kept, [Proof::Joint(luff)]);
+    assert!(relations.disputed().has(Proof::Joint(luff)));
+    relations.trust([Proof::Joint(luff)].into_iter().collect());
+    assert_eq!(relations.had_stopped().count(), 0);
 }

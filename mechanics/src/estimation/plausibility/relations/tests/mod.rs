@@ -1,7 +1,5 @@
 //! Tests of what the checks are made of, on machines of the test data.
 
-#![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
-
 mod excitation;
 mod inclination;
 mod lean;

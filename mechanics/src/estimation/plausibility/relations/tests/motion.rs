@@ -160,6 +160,38 @@ fn sound_sensors_contradict_nothing() {
 }
 
 #[test]
+fn an_accelerometer_that_steps_and_stays_is_told_within_a_second() {
+    let machine = bogies();
+    for by in [Vector3::y() * 3.0, Vector3::x() * -3.0] {
+        let found = found(&machine, |t, shown| {
+            if t > 9.995 {
+                shown.force += by;
+            }
+        });
+        let (explanation, at_s) = of(&found, Part::SpecificForce).unwrap();
+        assert_eq!(explanation, Explanation::AccelerometerOffset);
+        assert!((10.4..10.8).contains(&at_s), "{at_s}");
+    }
+    // brakes that bite, and a knock of a tenth of a second
+    let brakes = |t: f64, shown: &mut Shown| {
+        let since_s = (t - 10.0).clamp(0.0, 0.5);
+        shown.velocity.x -= 4.0 * since_s;
+        shown.force.x -= if (9.995..10.495).contains(&t) {
+            4.0
+        } else {
+            0.0
+        };
+    };
+    assert_eq!(of(&found(&machine, brakes), Part::SpecificForce), None);
+    let knocks = |t: f64, shown: &mut Shown| {
+        if (9.995..10.095).contains(&t) {
+            shown.force += Vector3::new(-6.0, 2.0, 5.0);
+        }
+    };
+    assert_eq!(of(&found(&machine, knocks), Part::SpecificForce), None);
+}
+
+#[test]
 fn a_machine_that_rests_proves_nothing_by_noise_however_long() {
     let machine = bogies();
     for velocity_noise in [0.02, 0.08] {
