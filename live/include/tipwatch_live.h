@@ -565,7 +565,7 @@ struct tipwatch_machine {
     uint8_t load_sensor_names[32][64];
     /* Names of the linkages with a force of the arm, in the order of the bits of the verdict's doubted_forces. */
     uint8_t arm_force_names[32][64];
-    /* Which signals these are: 0 specific force, 8 + k: joint k of the machine. */
+    /* Which signals these are: 0 specific force, 1 angular velocity, 8 + k: joint k of the machine. */
     uint32_t doubted_signals[64];
     /* By how much each is off (rad, m, m/s2), as far as was seen; 0 of a joint that stopped to be measured. */
     double doubted_by[64];

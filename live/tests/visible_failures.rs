@@ -82,6 +82,21 @@ fn steps_aside(feed: &mut Feed<Steered>) {
     imu.for_each(|sample| sample.values[1] += 3.0);
 }
 
+/// The heading of the IMU shows a quarter of a turn more, as where its housing turned.
+fn turns_heading(feed: &mut Feed<Steered>) {
+    let imu = feed
+        .samples
+        .iter_mut()
+        .filter(|it| it.kind == Kind::Imu as u32);
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    imu.for_each(|sample| {
+        let xyzw = &mut sample.values[6..10];
+        let [x, y, z, w] = [xyzw[0], xyzw[1], xyzw[2], xyzw[3]];
+        assert!(w.is_finite(), "it measures an attitude");
+        xyzw.copy_from_slice(&[x - y, y + x, z + w, w - z].map(|it| half * it));
+    });
+}
+
 struct Bench {
     machine: &'static str,
     world: World,
@@ -268,16 +283,39 @@ fn accelerometer_that_stepped_aside_is_doubted_until_a_person_trusts_it() {
     assert!(rows.iter().all(|row| doubts(row, force)));
     let [lifted, calm] = bench.lifted_and_calm(&rows);
     assert!(lifted > 20 && calm == 0, "{calm} of {lifted}");
-    let force_alone: Proofs = [force].into_iter().collect();
+    trust(&bench, &mut next, &rows[rows.len() - 1], force);
+}
+
+/// A person trusts a signal that this verdict doubts: the next ones do not.
+fn trust(bench: &Bench, feed: &mut Feed<Steered>, seen: &WireVerdict, signal: Proof) {
+    let alone: Proofs = [signal].into_iter().collect();
     let mut sender: Sender<WireAcknowledge> = bench.node.sender(0, 0).unwrap();
-    let mut message = WireAcknowledge::of_signals(&rows[rows.len() - 1], force_alone);
-    sender.send_for(next.hash, &mut message).unwrap();
-    let rows = next.rows(100);
+    let mut message = WireAcknowledge::of_signals(seen, alone);
+    sender.send_for(feed.hash, &mut message).unwrap();
+    let rows = feed.rows(100);
     assert!(
         rows.iter()
-            .any(|row| row.acknowledged_signals == force_alone.bits())
+            .any(|row| row.acknowledged_signals == alone.bits())
     );
-    assert!(!doubts(&rows[rows.len() - 1], force));
+    assert!(!doubts(&rows[rows.len() - 1], signal));
+}
+
+/// The heading of an IMU jumps as its housing would by a quarter of a turn.
+// requirement: TW-VERDICT-31
+#[test]
+fn housing_that_turned_is_doubted_in_the_next_sessions_until_a_person_trusts_it() {
+    let bench = Bench::of("turned", LIFTING[1]);
+    let turned = Proof::AngularVelocity;
+    let mut same = feed(&bench.node, bench.machine, bench.monitor());
+    assert!(!same.rows(400).iter().any(|row| doubts(row, turned)));
+    turns_heading(&mut same);
+    assert!(same.rows(100).iter().any(|row| doubts(row, turned)));
+    restart(&mut same);
+    assert!(same.rows(100).iter().all(|row| doubts(row, turned)));
+    let mut next = feed(&bench.node, bench.machine, ended(same));
+    let rows = next.rows(400);
+    assert!(rows.iter().all(|row| doubts(row, turned)));
+    trust(&bench, &mut next, &rows[rows.len() - 1], turned);
 }
 
 /// An encoder that slips while no monitor runs, for so short that the joint cannot have moved so far.

@@ -495,6 +495,8 @@ fn supports_are_known_from_past_samples_only() {
     assert_eq!(told.at(2.5).as_deref(), Ok(ON_FEET));
     // a change that is over before the next row is a change, and a foot that is back takes nothing that it did not carry
     told.take(3.0, &SWITCHES[..1], 0.0);
+    // a foot alone leaves the ground: whatever carries beside the others then, it may be a fall
+    assert_eq!(told.at(3.05), Err(GroundGap::Transition));
     told.take(3.1, &SWITCHES[..1], 1.0);
     assert_eq!(told.at(3.5), Err(GroundGap::Transition));
     assert_eq!(told.at(3.6).as_deref(), Ok(ON_FEET));
@@ -509,6 +511,12 @@ fn supports_are_known_from_past_samples_only() {
     assert_eq!(told.at(5.1), Err(GroundGap::Missing(first)));
     told.take(5.2, &SWITCHES[..1], 1.0);
     assert_eq!(told.at(5.3).as_deref(), Ok(ON_FEET));
+    // all are retracted, one after the other: the wheels take the weight
+    told.take(5.4, &SWITCHES[..3], 0.0);
+    assert_eq!(told.at(5.45), Err(GroundGap::Transition));
+    told.take(5.5, &SWITCHES[3..], 0.0);
+    assert_eq!(told.at(5.9), Err(GroundGap::Taken));
+    assert_eq!(told.at(6.0).as_deref(), Ok(ON_WHEELS));
 }
 
 #[test]

@@ -229,6 +229,10 @@ fn smoothed(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, Signa
     if payloads.any(|it| !it.recording.has_changed()) {
         shown.unchanged.add(Proof::Payload);
     }
+    let inherited = loaded.signal_doubts.inherited.doubts.iter();
+    shown.disputed = inherited.fold(shown.disputed, |disputed, doubt| {
+        disputed.with(doubt.disputed())
+    });
     let quality = SignalQuality {
         counts: smoother.counts().collect(),
         faults: smoother.faults().to_vec(),

@@ -17,7 +17,8 @@ pub(crate) struct SupportSets {
     pub(crate) sets: Vec<SupportSet>,
     /// Rows without gaps, in order, each with the index of its set; `None` where the set is unknown.
     pub(crate) spans: Vec<(Range<usize>, Option<usize>)>,
-    /// Rows of a transition in which supports take the weight that were in the air before, as past samples tell.
+    /// Rows of a transition in which supports that were in the air take the weight, and none of those before alone has left the ground, as
+    /// past samples tell.
     pub(crate) taken: Vec<Range<usize>>,
     /// Whether the loads of supports were measured: then the loads of a supposition contradict no measurement.
     pub(crate) are_measured: bool,

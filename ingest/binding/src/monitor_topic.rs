@@ -179,7 +179,7 @@ pub fn trusted_signals(log: &Log) -> Result<Vec<(i64, Proofs)>, Error> {
 }
 
 /// The times of the rows in which the monitor doubted a signal that failed visibly; none if the log is not from the monitor's
-/// recorder, or from an earlier version of it.
+/// recorder, or from an earlier version of it. That the housing of the IMU may have turned doubts no row.
 ///
 /// # Errors
 /// The log cannot be read.
@@ -187,8 +187,11 @@ pub fn doubted_rows(log: &Log) -> Result<Vec<i64>, Error> {
     let Some([event, doubted]) = known_columns(log, ["event", DOUBTED_FIELD])? else {
         return Ok(Vec::new());
     };
-    let is_doubted =
-        |at: &usize| event.values[*at] == f64::from(EVENT_ROW) && doubted.values[*at] != 0.0;
+    let turned: Proofs = [Proof::AngularVelocity].into_iter().collect();
+    let doubts_none = [0.0, turned.bits() as f64];
+    let is_doubted = |at: &usize| {
+        event.values[*at] == f64::from(EVENT_ROW) && !doubts_none.contains(&doubted.values[*at])
+    };
     let rows = (0..event.values.len()).filter(is_doubted);
     Ok(rows.map(|at| event.stamps_ns[at]).collect())
 }

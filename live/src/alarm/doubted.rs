@@ -7,8 +7,10 @@
 //! but letters, digits and `_.-` stands as `%` and two hexadecimal digits.
 //!
 //! BY is 0 of a joint that stopped to be measured; MOVED is its velocity then (rad/s or m/s). MOVED is `inf` where the lean of the platform
-//! has contradicted that the joint stood still: that doubt stands beside another one of the same joint. So does, of the specific force,
-//! that it stepped (MOVED is what of a step does no harm) beside that its mean length is impossible (MOVED is 0).
+//! has contradicted that the joint stood still: that doubt stands beside another one of the same joint.
+//!
+//! Of the specific force there are two doubts: that it stepped (MOVED is what of a step does no harm), and that its mean length is
+//! impossible (MOVED is 0). Of the angular velocity of an IMU, BY is by how much its heading jumped: its housing may have turned.
 
 use std::fmt::{self, Write};
 use std::str::FromStr;
@@ -119,13 +121,10 @@ impl DoubtedSignal {
     /// mean length of the specific force is impossible.
     #[must_use]
     pub fn is_alike(&self, other: &Self) -> bool {
+        let is_of_force = self.name.bytes() == Proof::SpecificForce.stem().as_bytes();
         let kind = |it: &Self| {
-            let (is_of_length, has_stopped) = (it.moved == 0.0, it.by == 0.0);
-            (
-                has_stopped,
-                it.moved.is_infinite(),
-                is_of_length && !has_stopped,
-            )
+            let is_of_length = is_of_force && it.moved == 0.0;
+            (it.by == 0.0, it.moved.is_infinite(), is_of_length)
         };
         self.name == other.name && kind(self) == kind(other)
     }
@@ -274,6 +273,8 @@ impl FromStr for DoubtedSignals {
 
 #[cfg(test)]
 mod tests {
+    use tipwatch_mechanics::machine::{LogFacts, MachineSpec};
+
     use super::*;
 
     fn signal(name: &str, by: f64) -> DoubtedSignal {
@@ -336,6 +337,28 @@ mod tests {
         };
         assert!(!step.is_alike(length));
         assert!(step.is_alike(&DoubtedSignal { by: 4.0, ..*step }));
+        // a joint that jumped, of which nothing or something may be motion
+        let jumped: DoubtedSignal = "joint.slew=1.5~0@2026-11-27T10:00:00Z".parse().unwrap();
+        let moved = DoubtedSignal {
+            moved: 0.02,
+            ..jumped
+        };
+        assert!(jumped.is_alike(&moved));
+    }
+
+    /// As it was written before an accelerometer could step: the signal, by how much its mean length is beyond, and 0.
+    #[test]
+    fn a_length_of_the_specific_force_is_read_as_it_was_written_before_steps_were_told() {
+        let before = "imu.specific_force=1.8273645~0@2026-11-27T10:00:00Z";
+        let all: DoubtedSignals = before.parse().unwrap();
+        assert_eq!(all.to_string(), before);
+        let spec = include_str!("../../../mechanics/tests/data/rigid.toml");
+        let urdf = include_str!("../../../mechanics/tests/data/rigid.urdf");
+        let spec = MachineSpec::from_toml(spec, "rigid.toml").unwrap();
+        let machine = spec.check(urdf, "rigid.urdf", LogFacts::default()).unwrap();
+        let doubt = all.iter().next().unwrap().of_machine(&machine).unwrap();
+        assert_eq!(doubt.signal, Proof::SpecificForce);
+        assert!(doubt.is_of_length());
     }
 
     #[test]

@@ -67,8 +67,8 @@ pub fn overrules(
 }
 
 /// Checks that a commissioning overrules the doubt of a signal that failed visibly at this time. A commissioning shows the
-/// mounting and scale of the specific force, and that a joint whose encoder had stopped is measured again. It does not show the
-/// zero of a joint, which is wrong after a jump.
+/// mounting and scale of the specific force, of a housing that turned together with that of the gyro, and that a joint whose encoder
+/// had stopped is measured again. It does not show the zero of a joint, which is wrong after a jump.
 ///
 /// # Errors
 /// The doubt stands.
@@ -80,12 +80,11 @@ pub(super) fn overrules_doubt(
 ) -> Result<(), Stands> {
     match doubt.signal {
         Proof::Joint(_) if !doubt.is_frozen() => Err(Stands::NoZeroChecked),
-        signal => overrules(
-            commissioning,
-            since,
-            [signal].into_iter().collect(),
-            machine,
-        ),
+        signal => {
+            let signals: Proofs = [signal].into_iter().collect();
+            let signals = signals.with(doubt.disputed());
+            overrules(commissioning, since, signals, machine)
+        }
     }
 }
 

@@ -231,7 +231,7 @@ impl Cycle<'_, '_> {
             match overrules_doubt(commissioning, signal.since, &doubt, machine) {
                 Ok(()) => eprintln!("monitor: {}: proven by the commissioning", signal.name),
                 Err(stands) => {
-                    tell_doubt(signal, &stands);
+                    tell_doubt(signal, &doubt, &stands);
                     *self.kept = self.kept.doubting(*signal);
                     doubts.push(doubt);
                 }
@@ -523,16 +523,18 @@ impl<'a> MonitorProgram<'a> {
 }
 
 /// Tells which signal a session begins by doubting, and what would end that.
-fn tell_doubt(signal: &DoubtedSignal, stands: &Stands) {
+fn tell_doubt(signal: &DoubtedSignal, doubt: &SignalDoubt, stands: &Stands) {
     let DoubtedSignal {
         name,
         by,
         moved,
         since,
     } = signal;
+    let has_turned = !doubt.disputed().is_empty();
     let failure = match (*by == 0.0, moved.is_infinite()) {
         (true, true) => "been contradicted as stopped by the lean of the platform".into(),
         (true, false) => "not been measured".into(),
+        (false, _) if has_turned => format!("been in a housing that may be turned by {by} rad"),
         (false, _) => format!("been off by {by}"),
     };
     eprintln!(

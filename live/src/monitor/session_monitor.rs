@@ -40,7 +40,7 @@ pub struct Monitor {
     /// Proofs that the loads depend on, and those that a commissioning has given.
     needed: NeededProofs,
     commissioned: Commissioned,
-    /// The joints and the specific force that this session measures.
+    /// The joints and the signals of an IMU that this session measures.
     measured: Proofs,
     is_acknowledged: bool,
     /// The signals that were acknowledged since the last row, and those that are not trusted in spite of it.
@@ -197,7 +197,7 @@ impl Monitor {
         self.is_replay
     }
 
-    /// The joints and the specific force that this session measures.
+    /// The joints and the signals of an IMU that this session measures.
     #[must_use]
     pub fn measured(&self) -> Proofs {
         self.measured
@@ -360,13 +360,13 @@ pub(super) fn of_shared_places(joints: usize) -> Proofs {
     last.filter(|_| is_shared).into_iter().collect()
 }
 
-/// The joints and the specific force that the sensors of a session measure.
+/// The joints and the signals of an IMU that the sensors of a session measure.
 pub(super) fn measured(sensors: &Sensors) -> Proofs {
     let joints = sensors.joints.iter().flat_map(|stream| &stream.joints);
     let joints = joints.map(|&joint| Proof::Joint(joint));
-    joints
-        .chain(sensors.imu.then_some(Proof::SpecificForce))
-        .collect()
+    let of_imu = [Proof::SpecificForce, Proof::AngularVelocity];
+    let of_imu = of_imu.into_iter().filter(|_| sensors.imu);
+    joints.chain(of_imu).collect()
 }
 
 #[cfg(test)]

@@ -213,7 +213,7 @@ wire! {
         pub load_sensor_names: [[u8; NAME_BYTES]; MAX_LOAD_SENSORS],
         /// Names of the linkages with a force of the arm, in the order of the bits of the verdict's doubted_forces.
         pub arm_force_names: [[u8; NAME_BYTES]; MAX_ARM_FORCES],
-        /// Which signals these are: 0 specific force, 8 + k: joint k of the machine.
+        /// Which signals these are: 0 specific force, 1 angular velocity, 8 + k: joint k of the machine.
         pub doubted_signals: [u32; MAX_JOINTS],
         /// By how much each is off (rad, m, m/s2), as far as was seen; 0 of a joint that stopped to be measured.
         pub doubted_by: [f64; MAX_JOINTS],

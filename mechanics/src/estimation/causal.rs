@@ -192,7 +192,9 @@ impl CausalEstimator {
     /// A person trusts these signals as they are now: rows do not doubt them from the next samples on. Returns those that are trusted,
     /// see [`Plausibility::trust`].
     pub fn trust(&mut self, signals: Proofs) -> Proofs {
-        self.plausibility.trust(signals)
+        let trusted = self.plausibility.trust(signals);
+        self.obedience.trust(trusted);
+        trusted
     }
 
     /// The last row emitted.

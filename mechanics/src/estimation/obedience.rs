@@ -7,7 +7,8 @@
 //! ```
 //! A joint of which a second and a tenth of a radian or metre show less than a tenth does not move, or its encoder does not show it: the
 //! hydraulics are off, a valve is stuck, something blocks it. Which of them is not known, so nothing is contradicted. But nothing proves
-//! its encoder, until it shows half of what is asked. A joint that is pushed against its limit is not asked.
+//! its encoder, until it shows half of what is asked, or a person trusts it. A joint that is pushed against its limit is not asked. After
+//! a restart nothing is known of it.
 
 use super::turns::shorter_way;
 use super::white_jerk::seconds;
@@ -26,6 +27,8 @@ const FOLLOWS: f64 = 0.5;
 pub(super) struct Obedience {
     joints: Vec<Commanded>,
     last_ns: Option<i64>,
+    /// Longest time for which a rate counts as asked (s).
+    max_gap_s: f64,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -68,6 +71,7 @@ impl Obedience {
         Self {
             joints: joints.map(commanded).collect(),
             last_ns: None,
+            max_gap_s: machine.estimator().max_gap,
         }
     }
 
@@ -75,8 +79,19 @@ impl Obedience {
     pub(super) fn row(&mut self, time_ns: i64, rates: &[f64], joints: &[Motion<f64>]) {
         let last_ns = self.last_ns.replace(time_ns);
         let step_s = last_ns.map_or(0.0, |last_ns| seconds(time_ns.saturating_sub(last_ns)));
+        // what was asked in a hole is not known
+        let step_s = step_s.min(self.max_gap_s);
         for it in &mut self.joints {
             it.row(step_s, rates[it.joint], joints[it.joint].position);
+        }
+    }
+
+    /// Trusts these joints, as a person says, until they do not follow once more.
+    pub(super) fn trust(&mut self, signals: Proofs) {
+        let joints = self.joints.iter_mut();
+        for it in joints.filter(|it| signals.has(Proof::Joint(it.joint))) {
+            it.stands = false;
+            it.begin(0.0, f64::NAN);
         }
     }
 
@@ -126,18 +141,43 @@ impl Commanded {
 mod tests {
     use super::*;
 
+    const NEW: Commanded = Commanded {
+        joint: 0,
+        turns: false,
+        stops: [-1.0, 1.0],
+        asked: 0.0,
+        for_s: 0.0,
+        from: f64::NAN,
+        stands: false,
+    };
+
+    #[test]
+    fn what_is_asked_before_and_after_a_hole_is_not_asked_in_it_and_a_person_may_trust_the_joint() {
+        let mut obedience = Obedience {
+            joints: vec![NEW],
+            last_ns: None,
+            max_gap_s: 0.25,
+        };
+        let mut stands_after = |times_ms: std::ops::Range<i64>| {
+            for time_ms in times_ms.step_by(10) {
+                obedience.row(time_ms * 1_000_000, &[0.2], &[Motion::at_rest(0.3)]);
+            }
+            let stands = obedience.standing().has(Proof::Joint(0));
+            obedience.trust(obedience.standing());
+            stands
+        };
+        assert!(!stands_after(0..500));
+        assert!(!stands_after(60_000..60_100));
+        // by a second of rows, and once more after it was trusted
+        assert!(stands_after(60_100..61_000));
+        assert!(!stands_after(61_000..61_500));
+        assert!(stands_after(61_500..62_500));
+    }
+
     /// Whether a joint with limits at -1 and 1 stands after each second; `asked` gives the rate (rad/s) and `shown` the position (rad)
     /// at a time (s).
     fn stands(asked: impl Fn(f64) -> f64, shown: impl Fn(f64) -> f64) -> Vec<bool> {
-        let mut joint = Commanded {
-            joint: 0,
-            turns: false,
-            stops: [-1.0, 1.0],
-            asked: 0.0,
-            for_s: 0.0,
-            from: f64::NAN,
-            stands: false,
-        };
+        let mut joint = NEW;
         let after = |second: usize| {
             for step in 100 * second..100 * (second + 1) {
                 let time_s = step as f64 * 0.01;

@@ -32,10 +32,14 @@ impl Alarm {
             self.low_since_ns = None;
             return;
         }
-        let since = *self.low_since_ns.get_or_insert(time_ns);
-        if time_ns.saturating_sub(since) >= HOLD_NS {
-            self.is_on = false;
-        }
+        self.low_since_ns.get_or_insert(time_ns);
+        self.is_on &= !self.is_low(time_ns);
+    }
+
+    /// Whether the utilisation has been known, and low enough for release, for the hold time.
+    pub(super) fn is_low(&self, time_ns: i64) -> bool {
+        let has_lasted = |since: i64| time_ns.saturating_sub(since) >= HOLD_NS;
+        self.low_since_ns.is_some_and(has_lasted)
     }
 
     /// The utilisation is unknown: the release delay restarts.

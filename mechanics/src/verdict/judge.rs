@@ -31,7 +31,8 @@ pub struct RowFacts {
     pub is_wheel_unloaded: bool,
     /// Whether the platform falls, by gyro and attitude alone: danger, whatever is wrong with the rest.
     pub rotates: bool,
-    /// Whether supports take the weight that were in the air on the last set of supports that was known.
+    /// Whether supports take the weight that were in the air on the last set of supports that was known, and none of that set alone has
+    /// left the ground.
     pub takes_support: bool,
     /// Proofs that the loads depend on and that are still missing.
     pub unproven: Proofs,
@@ -95,6 +96,8 @@ pub struct Judge {
     rotates: bool,
     /// What was before the last danger by loads began.
     before_danger: Option<BeforeDanger>,
+    /// Whether a danger was taken back, and no rows have been known without danger for the hold time since.
+    has_withdrawn: bool,
     latch: Latch,
     /// Whether a known level below that of the latched alarm has been reached since the alarm was raised.
     is_over: bool,
@@ -208,7 +211,8 @@ impl Judge {
             0
         };
         let standing = self.standing(row, row.time_ns.saturating_sub(first));
-        if row.takes_support && standing == RowAssessment::Unknown {
+        let is_faulty = standing == RowAssessment::Failed || !row.conditions.faults.is_empty();
+        if row.takes_support && standing == RowAssessment::Unknown && !is_faulty {
             self.withdraw_danger(row.time_ns);
         }
         let before = self.before_danger(row.time_ns);
@@ -221,7 +225,7 @@ impl Judge {
             }
             RowAssessment::Unknown | RowAssessment::Failed => self.each_alarm(Alarm::skip),
         }
-        let is_faulty = standing == RowAssessment::Failed || !row.conditions.faults.is_empty();
+        self.has_withdrawn &= !self.danger.is_low(row.time_ns);
         if standing == RowAssessment::Tipping || is_faulty {
             self.before_danger = None;
         } else if standing == RowAssessment::Known && before.is_some() {
@@ -340,9 +344,10 @@ impl Judge {
         }
     }
 
-    /// What is before a danger that may begin in the row at this time; `None` while there is one.
+    /// What is before a danger that may begin in the row at this time; `None` while there is one, and where it is not taken back: a
+    /// switch that chatters takes back one danger only.
     fn before_danger(&self, time_ns: i64) -> Option<BeforeDanger> {
-        (!self.danger.is_on()).then_some(BeforeDanger {
+        (!self.danger.is_on() && !self.has_withdrawn).then_some(BeforeDanger {
             since_ns: time_ns,
             alarms: [self.notice, self.warning, self.danger],
             latch: self.latch,
@@ -352,8 +357,8 @@ impl Judge {
     }
 
     /// Takes back a danger by loads that has just begun: the weight was passing to other supports already, before they told so, and
-    /// the loads were those without them. A foot that leaves the ground in a fall sets no other support, and a platform that falls
-    /// rotates: that stays danger.
+    /// the loads were those without them. A platform that falls rotates: that stays danger. Who acknowledged the danger has seen the
+    /// alarm before it.
     fn withdraw_danger(&mut self, time_ns: i64) {
         let before = self.before_danger.take();
         let has_just_begun = |it: &BeforeDanger| time_ns.saturating_sub(it.since_ns) < HOLD_NS;
@@ -361,9 +366,14 @@ impl Judge {
             return;
         };
         [self.notice, self.warning, self.danger] = before.alarms;
+        let is_acknowledged = self.latch.is_acknowledged;
         self.latch = before.latch;
+        if is_acknowledged {
+            self.latch.acknowledge();
+        }
         (self.is_over, self.is_inherited) = (before.is_over, before.is_inherited);
         self.danger_rows = 0;
+        self.has_withdrawn = true;
     }
 
     fn each_alarm(&mut self, act: impl Fn(&mut Alarm)) {

@@ -174,15 +174,21 @@ fn unknown_supports_are_never_safe() {
     assert_eq!(rows.good(1), Level::Safe);
 }
 
+/// Its loads are those of danger.
+fn danger(row: &mut RowFacts) {
+    row.utilisation = 2.8;
+}
+
+/// Supports take the weight that were in the air before.
+fn passes(row: &mut RowFacts) {
+    row.reasons.add(Reason::SupportsUnknown);
+    (row.utilisation, row.takes_support) = (f64::NAN, true);
+}
+
 /// Jacks are retracted: the wheels touch the ground before the switches tell so, and the blow shows as danger on the feet.
 // requirement: TW-VERDICT-14
 #[test]
 fn danger_by_loads_that_has_just_begun_is_of_the_supports_that_take_the_weight() {
-    let passes = |row: &mut RowFacts| {
-        row.reasons.add(Reason::SupportsUnknown);
-        (row.utilisation, row.takes_support) = (f64::NAN, true);
-    };
-    let danger = |row: &mut RowFacts| row.utilisation = 2.8;
     for count in [1, 5, 90] {
         let mut rows = Rows::safe();
         (0..count).for_each(|_| assert_eq!(rows.give(danger), Level::Danger));
@@ -204,14 +210,9 @@ fn danger_by_loads_that_has_just_begun_is_of_the_supports_that_take_the_weight()
 // requirement: TW-VERDICT-14
 #[test]
 fn danger_that_lasts_or_rotates_is_no_change_of_supports() {
-    let danger = |row: &mut RowFacts| row.utilisation = 2.8;
     let unknown = |row: &mut RowFacts| {
-        row.reasons.add(Reason::SupportsUnknown);
-        row.utilisation = f64::NAN;
-    };
-    let passes = |row: &mut RowFacts| {
-        unknown(row);
-        row.takes_support = true;
+        passes(row);
+        row.takes_support = false;
     };
     // longer than the time in which the weight passes
     let mut rows = Rows::safe();
@@ -225,6 +226,16 @@ fn danger_that_lasts_or_rotates_is_no_change_of_supports() {
     rows.give(|row| row.reasons.add(Reason::LinkageOpen));
     rows.give(passes);
     assert!(matches!(rows.latched(), Level::Danger | Level::Fault));
+    // and what fails then
+    let mut rows = Rows::safe();
+    rows.give(danger);
+    rows.give(|row| {
+        passes(row);
+        row.conditions.faults.add(InputFault::Lost);
+    });
+    rows.give(passes);
+    rows.good(200);
+    assert_eq!(rows.latched(), Level::Danger);
     // a foot leaves the ground, and no other support is set
     let mut rows = Rows::safe();
     rows.give(danger);
@@ -243,6 +254,58 @@ fn danger_that_lasts_or_rotates_is_no_change_of_supports() {
     };
     assert_eq!(rows.give(falls), Level::Danger);
     assert_eq!(rows.latched(), Level::Danger);
+}
+
+/// A switch chatters while the loads stay those of danger.
+// requirement: TW-VERDICT-14
+#[test]
+fn danger_is_taken_back_again_only_after_a_second_known_without_danger() {
+    let taken_back_again = |between: &dyn Fn(&mut Rows)| {
+        let mut rows = Rows::safe();
+        rows.give(danger);
+        rows.give(passes);
+        assert_eq!(rows.latched(), Level::Unknown);
+        between(&mut rows);
+        rows.give(danger);
+        rows.give(passes);
+        rows.latched() == Level::Unknown
+    };
+    assert!(!taken_back_again(&|_| ()));
+    for (count, expected) in [(100, false), (101, true)] {
+        let between = |rows: &mut Rows| {
+            rows.good(count);
+        };
+        assert_eq!(taken_back_again(&between), expected, "{count}");
+    }
+    // a row that is not known between them
+    let unknown = |rows: &mut Rows| {
+        rows.good(60);
+        rows.with(Reason::Settling);
+        rows.good(60);
+    };
+    assert!(!taken_back_again(&unknown));
+}
+
+// requirement: TW-VERDICT-14, TW-VERDICT-18
+#[test]
+fn acknowledgement_of_a_danger_that_is_taken_back_is_one_of_the_alarm_before_it() {
+    for (row_of_it, latched) in [
+        (None, Level::Danger),
+        (Some(1), Level::Safe),
+        (Some(2), Level::Safe),
+    ] {
+        let mut rows = Rows::safe();
+        rows.give(danger);
+        rows.good(200);
+        for (index, change) in [danger, danger, passes].into_iter().enumerate() {
+            rows.give(|row| {
+                change(row);
+                row.is_acknowledged = row_of_it == Some(index);
+            });
+        }
+        rows.good(20);
+        assert_eq!(rows.latched(), latched, "{row_of_it:?}");
+    }
 }
 
 // requirement: TW-VERDICT-10

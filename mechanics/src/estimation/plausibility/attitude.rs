@@ -22,9 +22,13 @@ pub(super) struct AttitudeWatch {
     /// Angle by which the gyro has inclined the attitude in about the last [`INCLINED_S`] (rad).
     inclined: f64,
     jumped: Option<Jumped>,
+    /// Angle by which the gyro has turned the heading in about the last [`INCLINED_S`] (rad).
+    headed: f64,
     /// Sum of the jumps of the heading (rad), and whether it stays so far off.
     heading_off: f64,
     has_turned: bool,
+    /// By how much it was off in an earlier session (rad). What jumps back in this one may be a heading that finds north.
+    was_off: Option<f64>,
 }
 
 /// A credible attitude, its up direction, and the angular velocity beside it (rad/s, NaN: not known).
@@ -50,7 +54,7 @@ const INCLINED_S: f64 = 0.5;
 
 /// Jump of the heading from which the axes of a housing that turned are nearer to other ones: an eighth of a turn (rad). A compass that is
 /// corrected, or that finds north, turns no axes, but nothing tells the two apart.
-const OTHER_AXES: f64 = std::f64::consts::FRAC_PI_4;
+pub(super) const OTHER_AXES: f64 = std::f64::consts::FRAC_PI_4;
 
 /// Change of the inclination between two samples that does no harm (rad).
 const HARMLESS_TILT: f64 = 0.05;
@@ -65,14 +69,28 @@ impl AttitudeWatch {
             good: None,
             inclined: 0.0,
             jumped: None,
+            headed: 0.0,
             heading_off: 0.0,
             has_turned: false,
+            was_off: None,
         }
     }
 
-    /// Whether the heading jumped so far without the gyro, and stayed, that the housing may show other axes.
-    pub(super) fn has_turned(&self) -> bool {
-        self.has_turned
+    /// Returns by how much the heading jumped without the gyro, and stayed (rad), where that is so far that the housing may show other
+    /// axes.
+    pub(super) fn turned(&self) -> Option<f64> {
+        let is_off = self.has_turned.then_some(self.heading_off);
+        self.was_off.or(is_off)
+    }
+
+    /// Remembers by how much the heading was off in an earlier session (rad).
+    pub(super) fn remember_turned(&mut self, by: f64) {
+        self.was_off = Some(by);
+    }
+
+    /// Trusts the axes of the housing as they are now.
+    pub(super) fn trust(&mut self) {
+        (self.heading_off, self.has_turned, self.was_off) = (0.0, false, None);
     }
 
     /// Reports faults of a quaternion to `found` and returns whether it is present and credible. If it is NaN or
@@ -151,21 +169,23 @@ impl AttitudeWatch {
     /// Only where the gyro is known on both sides. Headings are no jumps: a compass corrects them.
     fn follow(&mut self, now: Good, has_changed: bool, limits: &Limits) {
         let Some(last) = self.good.replace(now) else {
-            self.inclined = 0.0;
+            (self.inclined, self.headed) = (0.0, 0.0);
             return;
         };
         let (up, good, stamp_ns) = (now.up, last.up, now.stamp_ns);
         let step_s = limits.elapsed_s(last.stamp_ns, stamp_ns);
         let by_gyro = 0.5 * (last.turning + now.turning) * step_s;
         if !by_gyro.iter().all(|angle| angle.is_finite()) {
-            self.inclined = 0.0;
+            (self.inclined, self.headed) = (0.0, 0.0);
             return;
         }
+        let heads = |it: &Good| it.turning.dot(&it.up).abs();
+        self.headed = faded(self.headed, heads(&last).max(heads(&now)), step_s);
         self.follow_heading(&last, &now, by_gyro);
         // a turn about the vertical does not incline
         let [before, turning] = [last.turning.cross(&good), now.turning.cross(&up)];
         let fastest = before.norm().max(turning.norm());
-        self.inclined = (self.inclined + fastest * step_s) * INCLINED_S / (INCLINED_S + step_s);
+        self.inclined = faded(self.inclined, fastest, step_s);
         if !has_changed {
             return;
         }
@@ -193,12 +213,18 @@ impl AttitudeWatch {
         let by_attitude = last.attitude.inverse() * now.attitude;
         let beyond = UnitQuaternion::from_scaled_axis(-by_gyro) * by_attitude;
         let jump = beyond.scaled_axis().dot(&now.up);
-        if jump.abs() > OTHER_AXES {
+        // as for the inclination, the turn that it may show late is none
+        if jump.abs() > OTHER_AXES + self.headed {
             self.heading_off = shorter_way(self.heading_off + jump);
         } else {
             self.has_turned = self.heading_off.abs() > OTHER_AXES;
         }
     }
+}
+
+/// Returns the angle of about the last [`INCLINED_S`] after a step at this rate (rad).
+fn faded(angle: f64, rate: f64, step_s: f64) -> f64 {
+    (angle + rate * step_s) * INCLINED_S / (INCLINED_S + step_s)
 }
 
 fn attitude_of(xyzw: &[f64]) -> Option<UnitQuaternion<f64>> {
@@ -256,11 +282,16 @@ mod tests {
 
     /// Whether the axes may be others after 20 s of a machine that turns by 0.3 rad/s; `off` gives by how much the heading is off (rad).
     fn has_turned(off: impl Fn(f64) -> f64) -> bool {
-        let mut watch = AttitudeWatch::new();
+        turned(&mut AttitudeWatch::new(), 0.3, off).is_some()
+    }
+
+    /// The same of a machine that turns by this rate (rad/s): by how much the heading stays off.
+    fn turned(watch: &mut AttitudeWatch, rate: f64, off: impl Fn(f64) -> f64) -> Option<f64> {
         for step in 0..2000_i64 {
             let time_s = step as f64 * 0.01;
-            let attitude = UnitQuaternion::from_euler_angles(0.05, 0.0, 0.3 * time_s + off(time_s));
-            let turning = attitude.inverse_transform_vector(&(Vector3::z() * 0.3));
+            let heading = rate * time_s + off(time_s);
+            let attitude = UnitQuaternion::from_euler_angles(0.05, 0.0, heading);
+            let turning = attitude.inverse_transform_vector(&(Vector3::z() * rate));
             let xyzw: [f64; 4] = attitude.coords.into();
             let stamp_ns = step * 10_000_000;
             watch.check(
@@ -272,7 +303,7 @@ mod tests {
                 &mut |_| (),
             );
         }
-        watch.has_turned()
+        watch.turned()
     }
 
     #[test]
@@ -291,6 +322,25 @@ mod tests {
         // a compass that is corrected, at once or slowly
         assert!(!jump(0.5, 99.0));
         assert!(!has_turned(|t| 3.0 * (-t).exp()));
+        // an attitude that holds its value, and shows the turn late
+        let rate = 2.5;
+        let held = |t: f64| rate * ((2.0 * t).floor() / 2.0 - t);
+        assert_eq!(turned(&mut AttitudeWatch::new(), rate, held), None);
+    }
+
+    #[test]
+    fn a_housing_that_turned_in_an_earlier_session_is_trusted_by_a_person_alone() {
+        let mut watch = AttitudeWatch::new();
+        let jumps = |t: f64| if t > 9.995 { 1.5 } else { 0.0 };
+        let by = turned(&mut watch, 0.3, jumps).unwrap();
+        assert!((by - 1.5).abs() < 1e-6, "{by}");
+        let mut next = AttitudeWatch::new();
+        next.remember_turned(by);
+        assert_eq!(turned(&mut next, 0.3, |t| -jumps(t)), Some(by));
+        for mut watch in [watch, next] {
+            watch.trust();
+            assert_eq!(watch.turned(), None);
+        }
     }
 
     #[test]

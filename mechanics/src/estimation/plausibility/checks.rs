@@ -93,10 +93,11 @@ impl Plausibility {
             true => counts(FaultKind::Frozen),
             false => counts(FaultKind::Contradiction),
         });
-        let step = self.relations.force_step();
-        let step = step.filter(|_| counts(FaultKind::Contradiction));
+        let of_imu = [self.relations.force_step(), self.signals.turned()];
+        let of_imu = of_imu.into_iter().flatten();
+        let of_imu = of_imu.filter(move |_| counts(FaultKind::Contradiction));
         let length = length.filter(|_| counts(FaultKind::OutOfRange));
-        joints.chain(step).chain(length)
+        joints.chain(of_imu).chain(length)
     }
 
     /// Takes over from an earlier session, before the first sample, which signals failed visibly and where the joints were. A joint
@@ -121,6 +122,7 @@ impl Plausibility {
             Proof::Joint(joint) => self.relations.remember_offset(joint, doubt.by, doubt.moved),
             Proof::SpecificForce if doubt.is_of_length() => self.weight.remember(doubt.by),
             Proof::SpecificForce => self.relations.remember_force_step(doubt.by),
+            Proof::AngularVelocity => self.signals.remember_turned(doubt.by),
             // nothing else fails like that
             _ => {}
         }
@@ -250,4 +252,67 @@ pub(in crate::estimation) fn room_for_findings(sensors: &Sensors) -> Vec<Finding
     let streams = sensors.joints.iter();
     let most_joints = streams.map(|stream| stream.joints.len()).max().unwrap_or(0);
     Vec::with_capacity(6 * most_joints + 16)
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{UnitQuaternion, Vector3};
+
+    use super::*;
+    use crate::estimation::noise_of_tests::Noise;
+    use crate::machine::{LogFacts, MachineSpec};
+
+    /// The checks after 20 s of a machine at rest; from the tenth on its attitude is inclined by an angle (rad), and its accelerometer off.
+    fn checked(inclined: f64, off: Vector3<f64>) -> Plausibility {
+        let spec = include_str!("../../../tests/data/rigid.toml");
+        let urdf = include_str!("../../../tests/data/rigid.urdf");
+        let spec = MachineSpec::from_toml(spec, "rigid.toml").unwrap();
+        let machine = spec.check(urdf, "rigid.urdf", LogFacts::default()).unwrap();
+        let sensors = Sensors {
+            imu: true,
+            odometry: true,
+            ..Sensors::default()
+        };
+        let mut checks = Plausibility::new(&machine, &sensors);
+        let mut noise = Noise(3);
+        for step in 0..2000_i64 {
+            let mut scattered = |scale: f64| Vector3::from_fn(|_, _| scale * noise.next());
+            let since = f64::from(u8::from(step >= 1000));
+            let force = Vector3::z() * machine.gravity() + off * since + scattered(0.03);
+            let (gyro, velocity, turning) = (scattered(1e-3), scattered(0.01), scattered(1e-3));
+            let tilt = Vector3::x() * (inclined * since) + scattered(1e-4);
+            let xyzw: [f64; 4] = UnitQuaternion::from_scaled_axis(tilt).coords.into();
+            let odometry = [velocity.as_slice(), turning.as_slice(), &[f64::NAN; 4]].concat();
+            let imu = [force.as_slice(), gyro.as_slice(), &xyzw].concat();
+            let stamp_ns = step * 10_000_000;
+            for (sensor, stamp_ns, values) in [
+                (Sensor::Odometry, stamp_ns, odometry),
+                (Sensor::Imu, stamp_ns + 1, imu),
+            ] {
+                let sample = Sample::new(sensor, stamp_ns, &values);
+                checks.step(&sample).unwrap();
+            }
+        }
+        checks
+    }
+
+    #[test]
+    fn an_attitude_that_jumps_while_the_force_does_not_is_no_step_of_the_accelerometer() {
+        let contradicts = |checks: &Plausibility, part: Part| {
+            let mut findings = checks.findings().iter();
+            findings.any(|it| it.part == part && it.kind == FaultKind::Contradiction)
+        };
+        let jumped = checked(0.2, Vector3::zeros());
+        assert!(contradicts(&jumped, Part::Attitude));
+        assert!(!contradicts(&jumped, Part::SpecificForce));
+        assert_eq!(jumped.doubts().count(), 0);
+        let stepped = checked(0.0, Vector3::y() * 3.0);
+        assert!(!contradicts(&stepped, Part::Attitude));
+        assert!(contradicts(&stepped, Part::SpecificForce));
+        assert!(
+            stepped
+                .doubts()
+                .any(|doubt| doubt.signal == Proof::SpecificForce)
+        );
+    }
 }

@@ -1,18 +1,19 @@
 //! Doubt about a signal that failed visibly, kept within a session and over its end: until the signal is back within what it
 //! could have reached, is measured again, or a person trusts it again.
 
-use crate::machine::Proof;
+use crate::machine::{Proof, Proofs};
 
-/// A signal that failed visibly: it jumped where it cannot have gone, or stopped to be measured.
+/// A signal that failed visibly: it jumped where it cannot have gone, stopped to be measured, or may show other axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SignalDoubt {
-    /// The signal: a joint, or the specific force.
+    /// The signal: a joint, the specific force, or the angular velocity of an IMU whose housing may have turned.
     pub signal: Proof,
-    /// Error of the signal (rad, m or m/s^2; signed): the sum of the jumps of a joint, or the difference of the mean length of
-    /// the specific force from the nearest possible one, or the size of the sum of its steps. Zero for a joint that is not measured any more: its error is unknown.
+    /// Error of the signal (rad, m or m/s^2; signed): the sum of the jumps of a joint or of the heading of the IMU, the difference of
+    /// the mean length of the specific force from the nearest possible one, or the size of the sum of its steps. Zero for a joint that
+    /// is not measured any more: its error is unknown.
     pub by: f64,
-    /// The part of `by` that may be motion (same unit): after a jump back to a sum that is not larger, the joint is back. All of
-    /// it for a joint that has lost counts. Zero for the mean length of the specific force.
+    /// The part of `by` that may be motion, or does no harm (same unit): after a jump back to a sum that is not larger, the joint is
+    /// back. All of it for a joint that has lost counts. Zero for the mean length of the specific force.
     /// For a joint that is not measured any more: its velocity then (rad/s or m/s). Infinite if the lean of the platform has
     /// contradicted its standstill, whether it is measured again or not: a doubt of its own, beside another one.
     pub moved: f64,
@@ -46,6 +47,14 @@ impl SignalDoubt {
             by: beyond,
             moved: 0.0,
         }
+    }
+
+    /// Returns the signals that the doubt leaves unproven without doubting a row: those of an IMU whose housing may have turned.
+    #[must_use]
+    pub fn disputed(&self) -> Proofs {
+        let of_imu = [Proof::SpecificForce, Proof::AngularVelocity];
+        let is_turned = self.signal == Proof::AngularVelocity;
+        of_imu.into_iter().filter(|_| is_turned).collect()
     }
 
     /// Whether the doubt is about the mean length of the specific force, and not that it has stepped.

@@ -3,7 +3,7 @@
 
 use nalgebra::Vector3;
 
-use super::attitude::AttitudeWatch;
+use super::attitude::{AttitudeWatch, OTHER_AXES};
 use super::explanation::Explanation;
 use super::fault::{Finding, Part};
 use super::freeze::Freeze;
@@ -293,15 +293,32 @@ impl SignalChecks {
         })
     }
 
-    /// Returns the signals whose axes may be others since the heading of the IMU jumped.
-    pub(in crate::estimation) fn turned_housing(&self) -> Proofs {
-        let of_imu = [Proof::SpecificForce, Proof::AngularVelocity];
-        let turned = self.attitude.has_turned().then_some(of_imu);
-        turned.into_iter().flatten().collect()
+    /// Returns the doubt about an IMU whose heading jumped, in this session or an earlier one: its housing may have turned.
+    pub(super) fn turned(&self) -> Option<SignalDoubt> {
+        let by = self.attitude.turned()?;
+        Some(SignalDoubt {
+            signal: Proof::AngularVelocity,
+            by,
+            moved: OTHER_AXES,
+        })
     }
 
-    /// Trusts the present positions of these joints, as a person says.
+    /// Remembers by how much the heading of the IMU had jumped in an earlier session (rad).
+    pub(super) fn remember_turned(&mut self, by: f64) {
+        self.attitude.remember_turned(by);
+    }
+
+    /// Returns the signals whose axes may be others since then.
+    pub(in crate::estimation) fn turned_housing(&self) -> Proofs {
+        let disputed = self.turned().map(|doubt| doubt.disputed());
+        disputed.unwrap_or(Proofs::NONE)
+    }
+
+    /// Trusts the present positions of these joints, and the axes of the IMU, as a person says.
     pub(super) fn trust(&mut self, signals: Proofs) {
+        if signals.has(Proof::AngularVelocity) {
+            self.attitude.trust();
+        }
         self.watches_mut()
             .filter(|&(_, joint)| signals.has(Proof::Joint(joint)))
             .for_each(|(watch, _)| watch.trust());

@@ -69,9 +69,9 @@ pub fn carries_from(machine: &Machine, load: &MeasuredLoad) -> f64 {
 /// Reason for which the supports on the ground are unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum GroundGap {
-    /// The weight passes from some supports to others, as far as is told none of which was in the air before.
+    /// The weight passes from some supports to others, or one has left the ground.
     Transition,
-    /// Supports are set that were in the air on the last set that was known, and take the weight.
+    /// Supports that were in the air take the weight of the last set that was known: see [`GroundSet::takes_from`].
     Taken,
     /// The signal of this support is missing or too old.
     Missing(SupportId),
@@ -98,10 +98,12 @@ impl GroundSet {
         self.0 >> support.index() & 1 == 1
     }
 
-    /// Whether the set has a support that another one has not.
+    /// Whether supports of this set that were in the air take the weight of the set before, and none of that one alone has left the
+    /// ground: all of them stay, or none does, as where jacks are retracted. In a fall some leave it, and others stay.
     #[must_use]
-    pub fn exceeds(self, other: Self) -> bool {
-        self.0 & !other.0 != 0
+    pub fn takes_from(self, before: Self) -> bool {
+        let [come, gone] = [self.0 & !before.0, before.0 & !self.0];
+        come != 0 && (gone == 0 || gone == before.0)
     }
 
     /// Returns the supports of the set as a list, in their order.

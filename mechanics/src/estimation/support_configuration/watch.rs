@@ -206,7 +206,7 @@ impl SupportWatch {
         let in_transition =
             |changed_ns: i64| (time_ns.saturating_sub(changed_ns)) < self.transition_ns;
         if self.changed_ns.is_some_and(in_transition) {
-            let takes = self.stood_on.is_some_and(|before| set.exceeds(before));
+            let takes = self.stood_on.is_some_and(|before| set.takes_from(before));
             return Err(match takes {
                 true => GroundGap::Taken,
                 false => GroundGap::Transition,

@@ -7,11 +7,19 @@
 //!     r = dv/dt + b + d                         since a step d
 //! ```
 //! A kerb, a stop, brakes that bite and a wheel that falls back change the specific force from one sample to the next, too. But what
-//! they do shows in the velocity, or is over soon. So a step is weighed after the time T: the mean of `r - dv/dt - b` since then is
-//! about zero if a body moved, and d if the accelerometer stepped. Whichever is nearer holds; b is known from the time before.
+//! they do shows in the velocity, or is over soon. So a step is weighed after a time: the mean of `r - dv/dt - b` since then is
+//! about zero if a body moved, and d if the accelerometer stepped. Whichever is nearer holds; b is known from the time before. A
+//! velocity that is filtered lags, which leaves a share of the step unexplained: that time is T and the longest gap of samples, of
+//! which such a lag is less than half.
+//!
+//! Odometry is measured less often than forces, or falls silent: the means reach from one stamp of the velocity to another one, and
+//! begin anew where another source shows it.
+//!
+//! Where r steps and the specific force itself does not, an attitude or a velocity has jumped: that is none of the accelerometer.
 //!
 //! Without odometry and wheels nobody knows the velocity forward. What is left is asked across it, and of a platform that does not turn.
-//! A step that vibration hides is left to the relation of the specific force.
+//! By wheels that are steered and do not show the velocity across, it is asked along and upward. A step that vibration hides is left to
+//! the relation of the specific force.
 
 use nalgebra::Vector3;
 
@@ -22,7 +30,7 @@ use super::super::outliers::Outliers;
 use super::super::signal_doubt::SignalDoubt;
 use super::super::signals::HARMLESS_FORCE;
 use super::motion::VELOCITY_NOISE;
-use super::window::{RESTS_TURNING, TURNED_OVER, WINDOW_S};
+use super::window::{RESTS_TURNING, ShownBy, ShownVelocity, TURNED_OVER, WINDOW_S};
 use crate::machine::{Machine, Proof};
 
 /// Times T that must have passed before a step, for the means of the time before it, which fade with T.
@@ -37,8 +45,8 @@ pub(super) struct Measured {
     pub(super) force: Vector3<f64>,
     pub(super) turning: Vector3<f64>,
     pub(super) up: Vector3<f64>,
-    /// Velocity of the base and the standard deviation of its components (m/s); `None` where nothing measures it.
-    pub(super) velocity: Option<(Vector3<f64>, f64)>,
+    /// The last velocity of the base.
+    pub(super) velocity: ShownVelocity,
 }
 
 /// The steps of one accelerometer.
@@ -60,11 +68,22 @@ pub(super) struct ForceSteps {
 struct Before {
     since_ns: i64,
     stamp_ns: i64,
-    is_velocity_known: bool,
-    velocity: Vector3<f64>,
-    /// Means that fade with T, of the acceleration and of the velocity.
+    force: Vector3<f64>,
+    /// Mean of the acceleration, which fades with T.
     mean_acceleration: Vector3<f64>,
-    mean_velocity: Vector3<f64>,
+    shown: Shown,
+    /// Mean of `r - dv/dt`, which fades with T: the bias of the accelerometer.
+    bias: Vector3<f64>,
+}
+
+/// The last velocity of the place at which the specific force is measured.
+#[derive(Debug, Clone, Copy)]
+struct Shown {
+    by: ShownBy,
+    stamp_ns: i64,
+    velocity: Vector3<f64>,
+    /// Integral of the acceleration since then (m/s).
+    gained: Vector3<f64>,
 }
 
 /// A step that is not weighed yet.
@@ -73,11 +92,10 @@ struct Step {
     since_ns: i64,
     stamp_ns: i64,
     by: Vector3<f64>,
-    /// Bias and velocity before it.
+    /// Bias and velocity before it; the integral goes on.
     bias: Vector3<f64>,
-    velocity: Vector3<f64>,
-    /// Integral of the acceleration since then (m/s), and turn (rad).
-    gained: Vector3<f64>,
+    shown: Shown,
+    /// Turn since then (rad).
     turned: f64,
 }
 
@@ -91,22 +109,46 @@ struct Stepped {
     is_of_before: bool,
 }
 
+impl Shown {
+    /// Returns the integral of `r - dv/dt` from this velocity to the next one (m/s).
+    fn beyond(&self, next: &Self) -> Vector3<f64> {
+        self.gained - next.gained - (next.velocity - self.velocity)
+    }
+}
+
 impl Before {
     /// Returns the means that begin with a sample.
-    fn at(stamp_ns: i64, acceleration: Vector3<f64>, velocity: Vector3<f64>, known: bool) -> Self {
+    fn at(measured: &Measured, acceleration: Vector3<f64>, shown: Shown) -> Self {
         Self {
-            since_ns: stamp_ns,
-            stamp_ns,
-            is_velocity_known: known,
-            velocity,
+            since_ns: measured.stamp_ns,
+            stamp_ns: measured.stamp_ns,
+            force: measured.force,
             mean_acceleration: acceleration,
-            mean_velocity: velocity,
+            shown,
+            bias: acceleration,
         }
     }
 
-    /// Returns the bias of the accelerometer: the mean of the velocity changes by `(v - mean) / T`.
-    fn bias(&self) -> Vector3<f64> {
-        self.mean_acceleration - (self.velocity - self.mean_velocity) / WINDOW_S
+    /// Takes a sample, whose last velocity is `now`.
+    fn take(
+        &mut self,
+        measured: &Measured,
+        acceleration: Vector3<f64>,
+        now: &Shown,
+        limits: &Limits,
+    ) {
+        let step_s = limits.elapsed_s(self.stamp_ns, measured.stamp_ns);
+        let share = step_s / (WINDOW_S + step_s);
+        self.mean_acceleration += (acceleration - self.mean_acceleration) * share;
+        self.shown.gained += acceleration * step_s;
+        (self.stamp_ns, self.force) = (measured.stamp_ns, measured.force);
+        if now.stamp_ns > self.shown.stamp_ns {
+            let span_s = limits.elapsed_s(self.shown.stamp_ns, now.stamp_ns);
+            let known_s = limits.elapsed_s(self.since_ns, now.stamp_ns);
+            let share = span_s / known_s.min(WINDOW_S).max(span_s);
+            self.bias += (self.shown.beyond(now) / span_s - self.bias) * share;
+            self.shown = *now;
+        }
     }
 }
 
@@ -130,14 +172,18 @@ impl ForceSteps {
 
     /// Takes a sample of the IMU.
     pub(super) fn take(&mut self, measured: &Measured, limits: &Limits) {
-        let stamp_ns = measured.stamp_ns;
-        let is_velocity_known = measured.velocity.is_some();
-        let (of_base, sigma) = measured.velocity.unwrap_or((Vector3::zeros(), 0.0));
-        let velocity = of_base + measured.turning.cross(&self.position);
+        let (stamp_ns, of_base) = (measured.stamp_ns, &measured.velocity);
+        let velocity = of_base.velocity + measured.turning.cross(&self.position);
         let gravity = measured.up * self.gravity;
         let acceleration = measured.force - gravity - measured.turning.cross(&velocity);
+        let now = Shown {
+            by: of_base.by,
+            stamp_ns: of_base.stamp_ns,
+            velocity,
+            gained: acceleration * limits.elapsed_s(of_base.stamp_ns, stamp_ns),
+        };
         let goes_on = self.before.is_some_and(|before| {
-            before.is_velocity_known == is_velocity_known
+            before.shown.by == now.by
                 && limits.elapsed_s(before.stamp_ns, stamp_ns) <= limits.max_gap_s
         });
         if !goes_on {
@@ -149,64 +195,71 @@ impl ForceSteps {
             self.suspect_ns = stamp_ns;
             return;
         }
-        let before = (self.before).get_or_insert(Before::at(
-            stamp_ns,
-            acceleration,
-            velocity,
-            is_velocity_known,
-        ));
-        // without odometry and wheels it may brake or speed up
-        let shown = |vector: Vector3<f64>| match is_velocity_known {
-            true => vector,
-            false => Vector3::new(0.0, vector.y, vector.z),
-        };
+        let before = (self.before).get_or_insert(Before::at(measured, acceleration, now));
+        let axes = now.by.axes();
         let known_s = limits.elapsed_s(before.since_ns, stamp_ns);
         if has_changed && self.step.is_none() && known_s >= KNOWN_WINDOWS * WINDOW_S {
-            let by = shown(acceleration - before.mean_acceleration);
-            let step = Step {
-                since_ns: self.suspect_ns,
-                stamp_ns: self.suspect_ns,
-                by,
-                bias: before.bias(),
-                velocity: before.velocity,
-                gained: Vector3::zeros(),
-                turned: 0.0,
-            };
-            self.step = Some(step).filter(|_| by.norm() > self.outliers.limit());
+            let by = (acceleration - before.mean_acceleration).component_mul(&axes);
+            if by.norm() > self.outliers.limit() {
+                if (measured.force - before.force).dot(&by) < 0.5 * by.norm_squared() {
+                    // an attitude or a velocity has jumped
+                    self.restart();
+                    return;
+                }
+                let mut shown = before.shown;
+                let unknown_s = limits.elapsed_s(before.stamp_ns, self.suspect_ns);
+                shown.gained += before.mean_acceleration * unknown_s;
+                self.step = Some(Step {
+                    since_ns: self.suspect_ns,
+                    stamp_ns: self.suspect_ns,
+                    by,
+                    bias: before.bias,
+                    shown,
+                    turned: 0.0,
+                });
+            }
         }
-        let share = limits.elapsed_s(before.stamp_ns, stamp_ns);
-        let share = share / (WINDOW_S + share);
-        before.mean_acceleration += (acceleration - before.mean_acceleration) * share;
-        before.mean_velocity += (velocity - before.mean_velocity) * share;
-        (before.stamp_ns, before.velocity) = (stamp_ns, velocity);
+        let is_new = now.stamp_ns > before.shown.stamp_ns;
+        before.take(measured, acceleration, &now, limits);
         let Some(step) = &mut self.step else { return };
         let step_s = limits.elapsed_s(step.stamp_ns, stamp_ns);
         step.stamp_ns = stamp_ns;
-        step.gained += acceleration * step_s;
-        let (turning, most) = match is_velocity_known {
-            true => (measured.turning.xy().norm(), TURNED_OVER),
-            false => (measured.turning.norm(), RESTS_TURNING * WINDOW_S),
+        step.shown.gained += acceleration * step_s;
+        let weighed_s = WINDOW_S + limits.max_gap_s;
+        let (turning, most) = match now.by {
+            ShownBy::Nothing => (measured.turning.norm(), RESTS_TURNING * weighed_s),
+            _ => (measured.turning.xy().norm(), TURNED_OVER),
         };
         step.turned += turning * step_s;
-        let since_s = limits.elapsed_s(step.since_ns, stamp_ns);
-        let rests = step.turned <= most;
-        if rests && since_s < WINDOW_S {
+        if step.turned > most {
+            self.step = None;
             return;
         }
-        let excess = (step.gained - (velocity - step.velocity)) / since_s - step.bias;
-        let (excess, half) = (shown(excess), 0.5 * step.by.norm());
-        let noise = std::f64::consts::SQRT_2 * sigma.max(VELOCITY_NOISE) / since_s;
-        let stays = rests && half > STANDS_OUT * noise && (excess - step.by).norm() < half;
-        let since_ns = step.since_ns;
+        let since_s = limits.elapsed_s(step.since_ns, now.stamp_ns);
+        if !is_new || since_s < weighed_s {
+            return;
+        }
+        // the bias acts from the velocity before the step on, the step from its own stamp on
+        let span_s = limits.elapsed_s(step.shown.stamp_ns, now.stamp_ns);
+        let excess = (step.shown.beyond(&now) - step.bias * span_s) / since_s;
+        let (excess, half) = (excess.component_mul(&axes), 0.5 * step.by.norm());
+        let noise = std::f64::consts::SQRT_2 * of_base.sigma.max(VELOCITY_NOISE) / since_s;
+        let stays = half > STANDS_OUT * noise && (excess - step.by).norm() < half;
+        let Step { since_ns, bias, .. } = *step;
         self.step = None;
-        if stays {
-            self.add(since_ns, excess);
-            // what was before is no bias of what follows
-            self.restart();
+        match stays {
+            true => {
+                self.add(since_ns, excess);
+                // what was before is no bias of what follows
+                self.restart();
+            }
+            // a body moved: what of that a velocity showed late is no bias
+            false => before.bias = bias,
         }
     }
 
-    /// Forgets the samples so far: after a hole, or in a motion that the velocity does not show. What has stepped stays so.
+    /// Forgets the samples so far: after a hole, where another source shows the velocity, or in a motion that it does not show. What has
+    /// stepped stays so.
     pub(super) fn restart(&mut self) {
         self.outliers.restart();
         (self.before, self.step) = (None, None);
@@ -272,16 +325,33 @@ mod tests {
         shown: impl Fn(f64) -> (Vector3<f64>, Option<Vector3<f64>>),
         steps: &mut ForceSteps,
     ) -> Option<f64> {
+        steps_by(ShownBy::Odometry, [1, 0], shown, steps)
+    }
+
+    /// The same of a velocity that this source shows in one of `every` samples.
+    fn steps_by(
+        by: ShownBy,
+        [every, first]: [i64; 2],
+        shown: impl Fn(f64) -> (Vector3<f64>, Option<Vector3<f64>>),
+        steps: &mut ForceSteps,
+    ) -> Option<f64> {
         for sample in 0..2000_i64 {
             let t = sample as f64 * 0.01;
-            let (acceleration, velocity) = shown(t);
+            let (acceleration, _) = shown(t);
+            let last = sample - (sample - first).rem_euclid(every);
+            let (_, velocity) = shown(last as f64 * 0.01);
             let noise = Vector3::new((171.0 * t).sin(), (193.0 * t).sin(), (207.0 * t).sin());
             let measured = Measured {
                 stamp_ns: sample * 10_000_000,
                 force: Vector3::z() * GRAVITY + acceleration + noise * 0.05,
                 turning: noise * 0.005,
                 up: Vector3::z(),
-                velocity: velocity.map(|velocity| (velocity, 0.01)),
+                velocity: ShownVelocity {
+                    stamp_ns: velocity.map_or(sample, |_| last) * 10_000_000,
+                    velocity: velocity.unwrap_or_default(),
+                    sigma: 0.01,
+                    by: velocity.map_or(ShownBy::Nothing, |_| by),
+                },
             };
             steps.take(&measured, &Limits::OF_TESTS);
         }
@@ -289,10 +359,16 @@ mod tests {
     }
 
     fn stands(shown: impl Fn(f64) -> (Vector3<f64>, Option<Vector3<f64>>)) -> Option<f64> {
-        steps(
-            shown,
-            &mut ForceSteps::at(Vector3::new(0.1, 0.0, 0.05), GRAVITY),
-        )
+        stands_by(ShownBy::Odometry, [1, 0], shown)
+    }
+
+    fn stands_by(
+        by: ShownBy,
+        every: [i64; 2],
+        shown: impl Fn(f64) -> (Vector3<f64>, Option<Vector3<f64>>),
+    ) -> Option<f64> {
+        let mut steps = ForceSteps::at(Vector3::new(0.1, 0.0, 0.05), GRAVITY);
+        steps_by(by, every, shown, &mut steps)
     }
 
     /// Value from one time to another, else zero.
@@ -343,6 +419,58 @@ mod tests {
             stands(|t| (within(t, [9.995, 10.15], falls), at_rest)),
             None
         );
+    }
+
+    /// Brakes bite and let go by a filtered odometry that is behind, and is measured seldom; or its messages are lost just then.
+    #[test]
+    fn an_odometry_that_is_late_and_measured_seldom_shows_what_a_body_does() {
+        for every in [1, 10, 25] {
+            for (first, lag_s) in [(0, 0.24), (7, 0.1), (13, 0.24), (21, 0.2)] {
+                for brakes_s in [0.3, 0.6, 1.0, 1.5, 99.0] {
+                    let found = stands_by(ShownBy::Odometry, [every, first], |t| {
+                        let braking = within(t, [9.995, 9.995 + brakes_s], Vector3::x() * -5.0);
+                        let slower = 5.0 * (t - 9.995 - lag_s).clamp(0.0, brakes_s);
+                        (braking, Some(Vector3::x() * (5.0 - slower)))
+                    });
+                    assert_eq!(found, None, "{every} {first} {lag_s} {brakes_s}");
+                }
+            }
+        }
+        let steps = |t: f64| {
+            (
+                within(t, [9.995, 99.0], Vector3::y() * 3.0),
+                Some(Vector3::zeros()),
+            )
+        };
+        for every in [10, 25] {
+            for first in (0..every).step_by(3) {
+                let found = stands_by(ShownBy::Odometry, [every, first], steps);
+                let found = found.expect("it stands");
+                assert!((found - 3.0).abs() < 0.2, "{every} {first}: {found}");
+            }
+        }
+    }
+
+    /// Crab steering: what brakes it goes to the side, too.
+    #[test]
+    fn wheels_that_do_not_show_the_velocity_across_are_asked_along_alone() {
+        let way = Vector3::new(0.28, 0.96, 0.0);
+        let slows = |t: f64| way * (5.0 - 4.0 * (t - 10.0).max(0.0));
+        let brakes = |t: f64| within(t, [9.995, 99.0], way * -4.0);
+        let stands = |by, shown: &dyn Fn(f64) -> Vector3<f64>| {
+            stands_by(by, [1, 0], |t| (brakes(t), Some(shown(t))))
+        };
+        let along = |t: f64| Vector3::x() * slows(t).x;
+        assert_eq!(stands(ShownBy::Wheels, &slows), None);
+        assert_eq!(stands(ShownBy::WheelsAlong, &along), None);
+        // as if it did not go to the side
+        assert!(stands(ShownBy::Wheels, &along).is_some());
+        let step = |by: Vector3<f64>| {
+            let shown = move |t: f64| (within(t, [9.995, 99.0], by), Some(Vector3::zeros()));
+            stands_by(ShownBy::WheelsAlong, [1, 0], shown)
+        };
+        assert!(step(Vector3::x() * -3.0).is_some());
+        assert_eq!(step(Vector3::y() * 3.0), None);
     }
 
     #[test]

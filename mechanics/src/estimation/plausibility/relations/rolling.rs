@@ -6,9 +6,10 @@
 //!     e . (vx - w y, vy + w x) = 0            across
 //! ```
 //! The speeds of the wheels give vx and w by least squares of the first with vy = 0; where wheels are steered, the second
-//! with this vx gives vy and w.
+//! with this vx gives vy and w. The velocity (vx, vy) of a machine whose wheels are steered is that of all equations: in crab
+//! steering it goes sideways, too.
 
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use crate::dynamics::kinematics::BodyMotion;
 use crate::geometry::spatial::z_axis;
@@ -36,6 +37,8 @@ struct RollingWheel {
 pub(in super::super) struct Rolled {
     /// Velocity forward (m/s).
     pub(in super::super) speed: f64,
+    /// Velocity of the base on the ground (m/s); `None` where wheels are steered and do not show it across.
+    pub(in super::super) velocity: Option<Vector2<f64>>,
     /// Angular velocity about the vertical by the speeds of the wheels (rad/s).
     pub(in super::super) by_speeds: Option<f64>,
     /// Angular velocity about the vertical by the steering of the wheels (rad/s).
@@ -107,13 +110,39 @@ impl Rolling {
         let by_steering = (self.is_steered && spread.x > SPREAD)
             .then(|| self.by_steering(motions, speed))
             .flatten();
+        let velocity = match self.is_steered {
+            false => Some(Vector2::new(speed, 0.0)),
+            true if spread.x > SPREAD => self.velocity(motions, &rate),
+            true => None,
+        };
         speed.is_finite().then_some(Rolled {
             speed,
+            velocity,
             by_speeds: by_speeds.map(|solved| solved.y),
             by_steering,
             slip,
             fastest,
         })
+    }
+
+    /// The velocity by all equations of all wheels.
+    fn velocity(
+        &self,
+        motions: &[BodyMotion<f64>],
+        rate: impl Fn(usize) -> f64,
+    ) -> Option<Vector2<f64>> {
+        let (mut both, mut right) = (Matrix3::zeros(), Vector3::zeros());
+        for wheel in &self.wheels {
+            let (place, axle) = placed(&motions[wheel.body])?;
+            let rolled = wheel.radius * rate(wheel.joint);
+            for (way, shown) in [(Vector2::new(axle.y, -axle.x), rolled), (axle, 0.0)] {
+                // unknown (vx, vy, w)
+                let row = Vector3::new(way.x, way.y, way.y * place.x - way.x * place.y);
+                both += row * row.transpose();
+                right += row * shown;
+            }
+        }
+        Some((both.try_inverse()? * right).xy())
     }
 
     fn by_steering(&self, motions: &[BodyMotion<f64>], speed: f64) -> Option<f64> {
@@ -134,4 +163,38 @@ fn placed(motion: &BodyMotion<f64>) -> Option<(Vector2<f64>, Vector2<f64>)> {
     let axle = z_axis(&motion.rotation);
     let axle = axle.xy().try_normalize(0.1)?;
     Some((motion.origin.xy(), axle))
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Rotation3;
+
+    use super::*;
+
+    #[test]
+    fn wheels_that_are_all_steered_alike_go_sideways() {
+        let (radius, angle, speed) = (0.4, 0.6_f64, 2.0);
+        // the axle of a wheel is its z axis
+        let axle_left = Rotation3::from_axis_angle(&Vector3::x_axis(), -0.5 * std::f64::consts::PI);
+        let steered = Rotation3::from_axis_angle(&Vector3::z_axis(), angle) * axle_left;
+        let at = |[x, y]: [f64; 2]| BodyMotion {
+            rotation: steered.into_inner(),
+            origin: Vector3::new(x, y, 0.0),
+            ..BodyMotion::base(Vector3::zeros(), Vector3::zeros(), Vector3::zeros())
+        };
+        let motions = [[1.0, 0.8], [1.0, -0.8], [-1.2, 0.8], [-1.2, -0.8]].map(at);
+        let wheel = |index: usize| RollingWheel {
+            joint: index,
+            body: index,
+            radius,
+        };
+        let rolling = Rolling {
+            wheels: (0..motions.len()).map(wheel).collect(),
+            is_steered: true,
+        };
+        let rolled = rolling.motion(&motions, |_| speed / radius).unwrap();
+        let expected = Vector2::new(angle.cos(), angle.sin()) * speed;
+        assert!((rolled.velocity.unwrap() - expected).norm() < 1e-9);
+        assert!(rolled.by_steering.unwrap().abs() < 1e-9);
+    }
 }

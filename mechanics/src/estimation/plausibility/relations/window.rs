@@ -28,6 +28,39 @@ pub(super) struct Accumulated {
     wheels: Wheels,
 }
 
+/// The last velocity of the base that was measured.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ShownVelocity {
+    pub(super) stamp_ns: i64,
+    /// Velocity (m/s, base axes), and the standard deviation of its components.
+    pub(super) velocity: Vector3<f64>,
+    pub(super) sigma: f64,
+    pub(super) by: ShownBy,
+}
+
+/// Source of a velocity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum ShownBy {
+    Odometry,
+    Wheels,
+    /// Wheels that are steered, and do not show the velocity across.
+    WheelsAlong,
+    /// Neither odometry nor wheels.
+    Nothing,
+}
+
+impl ShownBy {
+    /// Returns 1 for each axis along which the velocity is known, else 0. A machine that stands on the ground does not slide or rise
+    /// unseen; without odometry and wheels it may brake or speed up.
+    pub(super) fn axes(self) -> Vector3<f64> {
+        match self {
+            Self::Odometry | Self::Wheels => Vector3::repeat(1.0),
+            Self::WheelsAlong => Vector3::new(1.0, 0.0, 1.0),
+            Self::Nothing => Vector3::new(0.0, 1.0, 1.0),
+        }
+    }
+}
+
 /// A window that is over.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Window {
@@ -242,15 +275,38 @@ impl Accumulated {
         it.last = Some((stamp_ns, rolled));
     }
 
-    /// Returns the velocity of the base by the odometry or, without that, forward by the wheels, and the standard deviation of its
-    /// components (m/s); `None` where neither is measured about `stamp_ns`.
-    pub(super) fn velocity(&self, stamp_ns: i64) -> Option<(Vector3<f64>, f64)> {
+    /// Returns the velocity of the base by the odometry or, without that, by the wheels; of this stamp and by nothing where neither is
+    /// measured about it.
+    pub(super) fn velocity(&self, stamp_ns: i64) -> ShownVelocity {
         let is_fresh = |at_ns: i64| stamp_ns.saturating_sub(at_ns).abs() <= self.max_gap_ns;
         let odometry = self.odometry.last.filter(|(at_ns, _)| is_fresh(*at_ns));
-        let odometry = odometry.map(|(_, velocity)| (velocity, self.odometry.noise.sqrt()));
+        let odometry = odometry.map(|(stamp_ns, velocity)| ShownVelocity {
+            stamp_ns,
+            velocity,
+            sigma: self.odometry.noise.sqrt(),
+            by: ShownBy::Odometry,
+        });
         let wheels = self.wheels.last.filter(|(at_ns, _)| is_fresh(*at_ns));
-        let wheels = wheels.map(|(_, rolled)| (Vector3::x() * rolled.speed, rolled.slip));
-        odometry.or(wheels)
+        let wheels = wheels.map(|(stamp_ns, rolled)| {
+            let [forward, across] = rolled
+                .velocity
+                .map_or([rolled.speed, 0.0], |it| [it.x, it.y]);
+            ShownVelocity {
+                stamp_ns,
+                velocity: Vector3::new(forward, across, 0.0),
+                sigma: rolled.slip,
+                by: match rolled.velocity {
+                    Some(_) => ShownBy::Wheels,
+                    None => ShownBy::WheelsAlong,
+                },
+            }
+        });
+        odometry.or(wheels).unwrap_or(ShownVelocity {
+            stamp_ns,
+            velocity: Vector3::zeros(),
+            sigma: 0.0,
+            by: ShownBy::Nothing,
+        })
     }
 
     /// Returns the up direction by the gyro of an IMU that measures no attitude (base axes); `None` before it has rested.

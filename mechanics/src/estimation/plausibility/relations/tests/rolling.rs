@@ -60,6 +60,10 @@ fn curves_without_slip_are_found_by_speeds_and_by_steering() {
         let rolled = curve(speed, turning);
         let off = |found: f64, true_value: f64| (found / true_value - 1.0).abs();
         assert!(off(rolled.speed, speed) < 0.05, "{rolled:?}");
+        // the base is midway between the axles
+        let velocity = nalgebra::Vector2::new(speed, turning * 0.5 * WHEELS[0].2[0]);
+        let apart = (rolled.velocity.unwrap() - velocity).norm();
+        assert!(apart < 0.02 * velocity.norm(), "{rolled:?}");
         // The speeds leave the velocity across out.
         assert!(off(rolled.by_speeds.unwrap(), turning) < 0.35, "{rolled:?}");
         assert!(
