@@ -269,6 +269,16 @@ fn recorded_replay(
         let ended = process.end();
         assert!(ended.status.success(), "{}", ended.err);
     }
+    // what is missing here was not read; what is missing otherwise, the monitor never got or lost
+    let sequences = rows.iter().map(|row| row.sequence);
+    let unread: Vec<_> = (sequences.clone().zip(sequences.skip(1)))
+        .filter(|(a, b)| b.wrapping_sub(*a) > 1)
+        .collect();
+    let last = rows.last().expect("no row was read");
+    assert_eq!(
+        (unread, last.lost, last.rows),
+        (vec![], 0, rows.len() as u64)
+    );
     rows
 }
 

@@ -1,7 +1,10 @@
 //! Positions of the parts: at rest, the centre of pressure is below the centre of mass.
 
+use std::path::Path;
+
 use nalgebra::Vector3;
-use tipwatch_mechanics::{Placement, State, Workspace, evaluate};
+use tipwatch_mechanics::machine::LogFacts;
+use tipwatch_mechanics::{MachineSpec, Placement, State, Workspace, evaluate};
 
 use crate::support::{machine, set_joint};
 
@@ -46,4 +49,31 @@ fn unknown_joint_makes_its_positions_unknown() {
             .flatten()
             .any(|p| p.x.is_nan())
     );
+}
+
+/// The fork was one short stroke that floated beside nothing.
+#[test]
+fn what_slides_along_the_platform_is_joined_to_it() {
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/forklift");
+    let text = |extension: &str| std::fs::read_to_string(data.with_extension(extension)).unwrap();
+    let spec = MachineSpec::from_toml(&text("toml"), "machine.toml").unwrap();
+    let machine = spec.check(&text("urdf"), "machine.urdf", LogFacts::default());
+    let machine = machine.unwrap();
+    let mut state = State::<f64>::zero(&machine);
+    set_joint(&machine, &mut state, "lift", [1.5, 0.0, 0.0]);
+    state.imu.specific_force.z = machine.gravity();
+    let mut placement = Placement::new(&machine);
+    placement.place(&state);
+    let points = [
+        [0.0; 3],
+        [0.45, 0.0, 0.0],
+        [0.45, 0.0, 1.5],
+        [0.95, 0.0, 1.95],
+    ];
+    let points = points.map(Vector3::<f64>::from);
+    assert_eq!(placement.arm_segments.len(), 3);
+    for (segment, ends) in placement.arm_segments.iter().zip(points.windows(2)) {
+        let apart = (segment[0] - ends[0]).norm() + (segment[1] - ends[1]).norm();
+        assert!(apart < 1e-9, "{segment:?} {ends:?}");
+    }
 }

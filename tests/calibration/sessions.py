@@ -20,7 +20,8 @@ sys.path.insert(0, str(HERE))
 from variants import Log, noise    # noqa: E402
 
 LEVELS = ("safe", "notice", "assumed", "warning", "danger", "unknown", "fault")
-COLUMNS = ["set", "log", "seed", "seconds", "rows", *LEVELS, "doubted", "exit", "error"]
+COLUMNS = ["set", "log", "seed", "seconds", "rows", *LEVELS, "doubted", "exit", "replay_exit", "error"]
+LONGEST_S = 900     # of a session: what takes longer hangs
 
 
 def session(program, folder, seed, clean):
@@ -31,17 +32,36 @@ def session(program, folder, seed, clean):
         path = f"{scratch}/log.mcap"
         log.write(path)
         common = ["--machine", folder / "machine.toml", "--prefix", f"{Path(scratch).name}_"]
-        monitor = subprocess.Popen(list(map(str, [program, "monitor", *common, "--json", "--allow-untimed", "--state", f"{scratch}/state"])),
-                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        monitor = [program, "monitor", *common, "--json", "--allow-untimed", "--state", f"{scratch}/state"]
         replay = [program, "replay", path, *common, "--speed", "max", "--lossless", "--wait", "60"]
-        replay = subprocess.Popen(list(map(str, replay)), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        out, err = monitor.communicate()
-        replayed = replay.wait()
-    rows = [json.loads(line) for line in out.splitlines()]
+        with started(monitor, f"{scratch}/monitor") as monitor, started(replay, f"{scratch}/replay") as replay:
+            replayed = ended(replay, LONGEST_S)
+            # without a session it would wait for one for ever
+            monitored = ended(monitor, LONGEST_S if replayed == 0 else 10)
+        out, said = [Path(f"{scratch}/monitor.{of}").read_text() for of in ("out", "err")]
+        said += Path(f"{scratch}/replay.err").read_text()
+    # the last line of a monitor that was stopped may be cut off
+    rows = [json.loads(line) for line in out.splitlines(keepends=True) if line.endswith("\n")]
     levels = collections.Counter(row["verdict"] for row in rows)
-    row = {"set": truth["set"], "log": truth["log"], "seed": seed, "seconds": round(truth["duration_s"], 2), "rows": len(rows), "exit": monitor.returncode or replayed}
+    row = {"set": truth["set"], "log": truth["log"], "seed": seed, "seconds": round(truth["duration_s"], 2), "rows": len(rows), "exit": monitored, "replay_exit": replayed}
     row |= {level: levels[level] for level in LEVELS} | {"doubted": sum(row["basis"] == "doubted" for row in rows)}
-    return row | {"error": "" if rows else (err.strip().splitlines() or ["no row"])[-1][:200]}
+    is_whole = rows and replayed == 0 and monitored is not None
+    return row | {"error": "" if is_whole else (said.strip().splitlines() or ["no row"])[-1][:200]}
+
+
+def started(arguments, output):
+    """What it writes goes to files: nobody reads a pipe while another program is waited for."""
+    with open(f"{output}.out", "w") as out, open(f"{output}.err", "w") as err:
+        return subprocess.Popen(list(map(str, arguments)), stdout=out, stderr=err)
+
+
+def ended(program, longest_s):
+    """Its exit code; None if it had to be stopped."""
+    try:
+        return program.wait(longest_s)
+    except subprocess.TimeoutExpired:
+        program.kill()
+        program.wait()
 
 
 def main():
@@ -55,10 +75,13 @@ def main():
     arguments = parser.parse_args()
     sys.path.insert(0, str(arguments.lab))
     first, end = map(int, arguments.seeds.split(":"))
-    done, is_new = set(), not arguments.table.exists()
+    done, is_new = set(), not arguments.table.exists() or not arguments.table.stat().st_size
     if not is_new:
         with open(arguments.table) as file:
-            done = {(row["set"], row["log"], int(row["seed"])) for row in csv.DictReader(file)}
+            known = csv.DictReader(file)
+            if known.fieldnames != COLUMNS:
+                sys.exit(f"expected the columns {','.join(COLUMNS)} in {arguments.table}, found {','.join(known.fieldnames)}")
+            done = {(row["set"], row["log"], int(row["seed"])) for row in known}
     with open(arguments.table, "a", newline="") as file:
         writer = csv.DictWriter(file, COLUMNS)
         if is_new:

@@ -55,9 +55,9 @@ pub struct WheelDigest {
     /// The OTF whose band reaches lowest, the first of equal ones; `None` for models without bands.
     #[serde(skip)]
     pub least_in_band: Option<OtfBand>,
-    /// The same while the machine tips about an edge, which the wheel may be on.
+    /// The same of each time that the machine tips about an edge, which the wheel may be on: one of them may be a fall.
     #[serde(skip)]
-    pub least_while_tipping: Option<OtfBand>,
+    pub least_while_tipping: Vec<OtfBand>,
     /// Whether each row with its load has a band: none has one while the machine tips, nor under a model without bands.
     #[serde(skip)]
     pub is_band_known: bool,
@@ -130,6 +130,8 @@ pub(super) struct DigestPass<'a> {
     widths: SpreadValues,
     /// By wheel, the number of valid rows with a load, and the sum of these loads (N).
     loads: Vec<(usize, f64)>,
+    /// By wheel, the last row in which the machine tips.
+    tipping: Vec<Option<usize>>,
 }
 
 impl<'a> Study<'a> for DigestPass<'a> {
@@ -157,6 +159,7 @@ impl<'a> Study<'a> for DigestPass<'a> {
             sigmas: vec![SpreadValues::default(); wheels],
             widths: SpreadValues::default(),
             loads: vec![(0, 0.0); wheels],
+            tipping: vec![None; wheels],
         }
     }
 
@@ -211,8 +214,13 @@ impl DigestPass<'_> {
             band.least_n().is_finite().then_some(band)
         };
         let tips = |row: &usize| rows.reasons[*row].has(Reason::Tipping) && has_load(row);
-        let bands = (0..rows.len()).filter(tips).filter_map(band_at);
-        found.least_while_tipping = lowest(found.least_while_tipping.into_iter().chain(bands));
+        for band in (0..rows.len()).filter(tips).filter_map(band_at) {
+            take_tipping(
+                &mut found.least_while_tipping,
+                &mut self.tipping[wheel],
+                band,
+            );
+        }
         for &row in valid {
             let load_n = load[row];
             if load_n.is_nan() {
@@ -299,6 +307,19 @@ fn lowest(bands: impl Iterator<Item = OtfBand>) -> Option<OtfBand> {
     bands.min_by(|a, b| a.least_n().total_cmp(&b.least_n()))
 }
 
+/// Keeps the band that reaches lowest of each run of rows, with the last row of the one before.
+fn take_tipping(least: &mut Vec<OtfBand>, last: &mut Option<usize>, band: OtfBand) {
+    let goes_on = last.replace(band.row) == band.row.checked_sub(1);
+    match least.last_mut() {
+        Some(known) if goes_on => {
+            if band.least_n() < known.least_n() {
+                *known = band;
+            }
+        }
+        _ => least.push(band),
+    }
+}
+
 /// Most values that are kept.
 const MOST: usize = 1 << 19;
 
@@ -345,6 +366,23 @@ impl SpreadValues {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// One least band of the whole log lay in the fall and was left out there, and a rocking before it was never told.
+    #[test]
+    fn each_tipping_has_a_least_band_of_its_own() {
+        let (mut least, mut last) = (Vec::new(), None);
+        for (row, otf_n) in [(3, 5.0), (4, -2.0), (5, 1.0), (9, -7.0), (10, -9.0)] {
+            let sigma_n = 0.0;
+            let band = OtfBand {
+                row,
+                otf_n,
+                sigma_n,
+            };
+            take_tipping(&mut least, &mut last, band);
+        }
+        let rows: Vec<usize> = least.iter().map(|band| band.row).collect();
+        assert_eq!(rows, [4, 10]);
+    }
 
     fn median_of(values: impl Iterator<Item = f64>) -> Option<f64> {
         let mut kept = SpreadValues::default();

@@ -151,7 +151,7 @@ built! {
     /// An event of one side.
     #[derive(Debug, Clone, PartialEq, Serialize)]
     pub struct EventSide: fn of(times: EventTimes, of: &SideEvent) {
-        let SideEvent { event, unit } = of;
+        let SideEvent { event, unit, .. } = of;
         let lasted_ns = event.end_ns.map(|end_ns| end_ns - event.start_ns);
     } {
         /// Start (s after the first row of A, or, of a log without the times of A, after its own).
@@ -481,6 +481,7 @@ mod tests {
                 ..Event::blank(EventKind::WheelLight, second(start_s), "rl".into())
             },
             unit: "N".into(),
+            is_qualified: false,
         };
         Side {
             name: String::new(),

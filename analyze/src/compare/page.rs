@@ -90,7 +90,7 @@ fn inputs(comparison: &Comparison) -> Markup {
     let shown = |rows: &[Vec<String>]| table(&[word!("Input"), "A", "B"], rows);
     html! {
         @if rows.is_empty() {
-            p { (word!("None.")) }
+            p { (match comparison.same_log { true => word!("None."), false => word!("None but the logs.") }) }
         } @else {
             (folded(&rows, shown))
             @if comparison.inputs.iter().any(InputDifference::is_of_machine_files) { p { (told(NOT_HELD)) } }

@@ -20,7 +20,7 @@ use crate::events::support_words::{edge_word, support_word};
 use crate::events::{Bound, Event, EventKind, EventTimes};
 use crate::report;
 use crate::tables::summary::{self, Summary};
-use crate::tables::table::{Column, Table};
+use crate::tables::table::{Column, Table, Value as Cell};
 use crate::tables::{events, parquet, samples};
 
 /// A result: its summary and its rows.
@@ -48,6 +48,9 @@ pub(super) struct SideEvent {
     pub(super) event: Event,
     /// Unit of its worst value, as the row has it.
     pub(super) unit: String,
+    /// Whether the result says more of it than what happened, when and how sure that is: ground that may have given way, another edge,
+    /// signals that contradict each other, another load split.
+    pub(super) is_qualified: bool,
 }
 
 /// A column of `samples.parquet`.
@@ -270,7 +273,8 @@ impl Side {
         &self.name
     }
 
-    /// The gravest event in words of the reader; `None` without one that is a fact, or where another finding comes first.
+    /// The gravest event in words of the reader; `None` without one that is a fact, where its own finding says more of it, or where
+    /// another finding comes first.
     fn gravest_event(&self) -> Option<String> {
         let gross_inputs = self.summary["gross_inputs"].as_array();
         let has_gross_inputs = gross_inputs.is_some_and(|inputs| !inputs.is_empty());
@@ -278,9 +282,13 @@ impl Side {
         if self.has_losses() || has_gross_inputs || ends_in_a_fall {
             return None;
         }
-        let events = self.events.iter().map(|of| &of.event);
-        let facts = events.filter(|event| event.kind.is_observed() && event.is_fact());
-        let event = facts.max_by_key(|event| (event.kind, Reverse(event.start_ns)))?;
+        let events = self.events.iter();
+        let facts = events.filter(|of| of.event.kind.is_observed() && of.event.is_fact());
+        let gravest = facts.max_by_key(|of| (of.event.kind, Reverse(of.event.start_ns)))?;
+        let event = &gravest.event;
+        if gravest.is_qualified || event.is_undecided() {
+            return None;
+        }
         let certainty = event.certainty.map_or(String::new(), |certainty| {
             say!(" (confidence {})", probability(certainty))
         });
@@ -311,6 +319,14 @@ pub(super) fn event_in_words(kind: EventKind, subject: &str) -> String {
     }
 }
 
+/// Columns of a table of events that say more of an event than what happened, when and how sure that is.
+const QUALIFIES: [&str; 4] = [
+    "rested_ns",
+    "rotation_other_edge",
+    "doubted_by",
+    "split_dependent",
+];
+
 /// The rows of a table of events.
 ///
 /// # Errors
@@ -328,6 +344,13 @@ fn events_of(table: &Table) -> Result<Vec<SideEvent>> {
     let (start_bounds, end_bounds) = (texts("start_bound")?, texts("end_bound")?);
     let (sigmas_s, rotations_rad) = (numbers("start_sigma_s")?, numbers("rotation")?);
     let (worst, certainty) = (numbers("worst")?, numbers("certainty")?);
+    let mut is_qualified = vec![false; table.rows()];
+    // of an older result a column may be missing
+    for column in QUALIFIES.iter().filter_map(|name| table.column(name)) {
+        for (is_qualified, value) in is_qualified.iter_mut().zip(column.values()) {
+            *is_qualified |= !matches!(value, Cell::Null | Cell::Boolean(false));
+        }
+    }
     let unknown = |what: &str, name: &Option<String>| {
         let name = name.as_deref().unwrap_or("none");
         format!("expected a known {what} in events.parquet, found {name}; analyse the log again")
@@ -354,6 +377,7 @@ fn events_of(table: &Table) -> Result<Vec<SideEvent>> {
                 ..Event::blank(kind, starts_ns[row], subject)
             },
             unit: units[row].clone().unwrap_or_default(),
+            is_qualified: is_qualified[row],
         })
     };
     (0..table.rows()).map(event).collect()
@@ -394,6 +418,7 @@ mod tests {
                 ..Event::blank(kind, second(start_s), "rl".into())
             },
             unit: "N".into(),
+            is_qualified: false,
         };
         let mut side = Side {
             name: String::new(),
@@ -427,6 +452,33 @@ mod tests {
             );
             side.summary[key] = Value::Null;
         }
+        // its own finding says more of it: ground that may have given way, another edge, a doubt, another split
+        side.events[3].is_qualified = true;
+        assert!(SideSummary::of(&side).finding.contains("ein Befund"));
+        side.events[3].is_qualified = false;
+        // the machine was tipping when its log ended
+        side.events.push(event(EventKind::EdgeTipping, 5, 0.9));
+        assert!(SideSummary::of(&side).finding.contains("ein Befund"));
+    }
+
+    #[test]
+    fn what_a_result_says_beside_an_event_is_read() {
+        let blank = || Event::blank(EventKind::WheelLift, 0, "rl".into());
+        let doubted = Event {
+            doubt: Some(crate::events::Doubt {
+                subjects: vec!["imu".into()],
+                loads_are_right: 0.9,
+            }),
+            ..blank()
+        };
+        let of_split = |split_dependent| Event {
+            split_dependent: Some(split_dependent),
+            ..blank()
+        };
+        let all = [blank(), doubted, of_split(true), of_split(false)];
+        let read = events_of(&events::events(&all)).unwrap();
+        let found: Vec<bool> = read.iter().map(|of| of.is_qualified).collect();
+        assert_eq!(found, [false, true, true, false]);
     }
 
     #[test]

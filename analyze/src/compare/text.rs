@@ -115,7 +115,11 @@ pub(super) fn origin(side: &SideSummary) -> String {
 
 fn add_inputs(comparison: &Comparison, all: bool, text: &mut String) {
     if comparison.inputs.is_empty() {
-        let _ = writeln!(text, "{}", word!("Their inputs are the same."));
+        let same = match comparison.same_log {
+            true => word!("Their inputs are the same."),
+            false => word!("Their inputs are the same but for the logs."),
+        };
+        let _ = writeln!(text, "{same}");
         return;
     }
     let _ = writeln!(text, "\n{}", word!("Inputs that differ"));

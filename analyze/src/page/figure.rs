@@ -25,7 +25,7 @@ pub(crate) struct Figure {
     /// Start and end of the time axis (s).
     span: [f64; 2],
     traces: Vec<Trace>,
-    /// Times that are shaded in this figure and in all behind it on the page.
+    /// Times that are shaded in all figures of the page; those of its first figure alone are read.
     bands: Vec<Band>,
     /// Horizontal lines.
     limits: Vec<Limit>,
@@ -102,7 +102,7 @@ impl Figure {
         self.traces.push(trace);
     }
 
-    /// Shades a time in the first figure of a page, and in those behind it; `kind` is a class of the style sheet.
+    /// Shades a time in all figures of a page, of which this is the first; `kind` is a class of the style sheet.
     pub(crate) fn shade(&mut self, [from, to]: [f64; 2], kind: &'static str) {
         self.bands.push(Band { from, to, kind });
     }

@@ -105,24 +105,32 @@ pub(super) type Quantity = (&'static str, fn(&LogFacts) -> Option<f64>);
 
 /// All numbers that a policy may limit.
 pub(super) const QUANTITIES: [Quantity; 10] = [
-    // of the valid rows: smallest OTF as a share of the wheel's static load, the same minus two standard deviations, in N
+    // over the valid rows, smallest OTF as a share of the wheel's static load
     ("worst_margin", |facts| Some(facts.worst.as_ref()?.margin)),
+    // the same minus two standard deviations
     ("worst_margin_low", |facts| {
         let worst = facts.worst.as_ref()?;
         Some(worst.margin - 2.0 * worst.sigma?)
     }),
+    // smallest OTF of the valid rows (N)
     ("least_otf_n", |facts| {
         let otfs = facts.wheels.iter().map(|wheel| wheel.least_otf_n);
         let otfs = otfs.collect::<Option<Vec<f64>>>()?;
         otfs.into_iter().reduce(f64::min)
     }),
+    // largest of the valid rows: U = 1 - (OTF - 2 sigma) / static load
     ("utilisation", |facts| facts.largest_utilisation),
-    // time with a margin below 1 - the notice level
+    // time with a margin below 1 - the notice level (s)
     ("exposed_s", |facts| facts.exposure.exposed_s),
+    // time with known loads over the time that the log covers and the machine was on its wheels
     ("valid_share", |facts| facts.coverage.valid_share),
+    // from the first row to the last (s)
     ("duration_s", |facts| Some(facts.duration_s)),
+    // longest time without data of a signal (s)
     ("longest_gap_s", |facts| Some(facts.longest_gap_s)),
+    // parts of the file that could not be read
     ("lost_ranges", |facts| Some(facts.lost_ranges as f64)),
+    // missing or undecodable
     ("lost_messages", |facts| {
         Some((facts.missing_messages? + facts.undecodable_messages) as f64)
     }),

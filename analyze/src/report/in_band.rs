@@ -19,8 +19,9 @@ pub(super) fn wheels(analysis: &Analysis, bound_n: impl Fn(usize) -> f64) -> Vec
     };
     let wheels = analysis.digest.wheels.iter().enumerate();
     let bands = wheels.filter_map(|(wheel, found)| {
-        let tipping = found.least_while_tipping.filter(|band| !is_in_fall(band));
-        let bands = [found.least_in_band, tipping].into_iter().flatten();
+        let tipping = found.least_while_tipping.iter().copied();
+        let tipping = tipping.filter(|band| !is_in_fall(band));
+        let bands = found.least_in_band.into_iter().chain(tipping);
         let lowest = bands.min_by(|a, b| a.least_n().total_cmp(&b.least_n()))?;
         Some((wheel, lowest))
     });

@@ -48,7 +48,7 @@ pub(super) struct Moments {
 /// Six numbers of one thing at all instants.
 type ColumnsOfSix = [Vec<Option<f64>>; 6];
 
-/// Decimals of a length in a picture, as a factor: centimetres, of which a picture shows less than a column.
+/// Lengths in a picture are rounded to centimetres: steps in a metre.
 const LENGTHS: f64 = 1e2;
 
 /// Texts of the drawing, with their values as names in braces.

@@ -6,7 +6,7 @@ use crate::evaluate::evaluation::evaluate;
 use crate::evaluate::scope::Scope;
 use crate::evaluate::workspace::Workspace;
 use crate::geometry::spatial::rotate;
-use crate::machine::{LinkGroup, Machine};
+use crate::machine::{JointKind, LinkGroup, Machine};
 use crate::state::State;
 use crate::wheel_loads::TippingLine;
 
@@ -137,7 +137,8 @@ impl<'a> Placement<'a> {
     }
 }
 
-/// Segments from each arm body's joint to the joint of the next body, and on to the tool.
+/// Segments from each arm body's joint to the joint of the next body, and on to the tool. What slides along the platform, such as the fork
+/// of a lift truck, hangs on its mast, and that on the platform.
 fn arm_points(machine: &Machine) -> Vec<[ArmPoint; 2]> {
     let of_arm: Vec<bool> = (0..machine.bodies().len())
         .map(|body| {
@@ -154,6 +155,12 @@ fn arm_points(machine: &Machine) -> Vec<[ArmPoint; 2]> {
     for (index, body) in bodies.filter(|(index, _)| of_arm[*index]) {
         if of_arm[body.parent] {
             segments.push([origin(body.parent), origin(index)]);
+        } else if body.kind == JointKind::Prismatic {
+            let foot = ArmPoint {
+                body: body.parent,
+                in_body: body.joint_in_parent,
+            };
+            segments.extend([[origin(body.parent), foot], [foot, origin(index)]]);
         }
     }
     // The last body of a branch ends at its farthest link frame, or at its centre of mass.

@@ -12,7 +12,7 @@ use crate::analysis::Analysis;
 use crate::events::split_rule::is_open;
 use crate::events::support_words::SupportWord;
 use crate::events::{Finding, SHORTEST_NS};
-use crate::page::{number, readable, with_band};
+use crate::page::{capital, number, readable, with_band};
 use crate::report::in_band;
 use crate::report::open_split::{self, OpenWheel};
 
@@ -38,14 +38,23 @@ impl Scene {
         };
         let wheel = &self.wheels[lightest.wheel];
         let digest = &analysis.digest;
-        let mut least_n = digest.wheels.iter().zip(&self.wheels);
-        let is_brief = least_n.any(|(found, wheel)| {
-            let below = found.lowest.zip(wheel.limit_n);
-            below.is_some_and(|(lowest, limit_n)| lowest.load_n < limit_n)
+        let seconds = SHORTEST_NS as f64 * 1e-9;
+        let least_n = digest.wheels.iter().zip(&self.wheels);
+        let brief = least_n.filter_map(|(found, wheel)| {
+            let (lowest, limit_n) = found.lowest.zip(wheel.limit_n)?;
+            (lowest.load_n < limit_n).then(|| {
+                say!(
+                    "{}: {} N at t = {:.2} s, below its load limit of {} N for less than {seconds} s",
+                    capital(&wheel.named()),
+                    number(lowest.load_n),
+                    self.seconds(analysis.rows.times_ns[lowest.row]),
+                    number(limit_n)
+                )
+            })
         });
+        let brief: Vec<String> = brief.collect();
         let claim = match wheel.limit_n {
-            Some(_) if is_brief => {
-                let seconds = SHORTEST_NS as f64 * 1e-9;
+            Some(_) if !brief.is_empty() => {
                 say!(
                     "{} fell below its load limit for {seconds} s or longer",
                     self.word.one
@@ -128,7 +137,10 @@ impl Scene {
                 wheel.named(),
                 self.seconds(lightest.time_ns)
             ),
-            evidence: [limit].into_iter().chain(ranges).chain(scope).collect(),
+            evidence: ([limit].into_iter().chain(brief))
+                .chain(ranges)
+                .chain(scope)
+                .collect(),
         }
     }
 

@@ -67,6 +67,7 @@ fn style(class: &str) -> Style {
         "line-d" => (None, Some(([0, 158, 115], 1.2, true))),
         "event" => (None, Some(([160, 0, 0], 0.8, true))),
         "step-steady" => (Some(([0, 158, 115], 1.0)), None),
+        "step-known" => (Some(([0, 114, 178], 1.0)), None),
         "step-light" => (Some(([230, 159, 0], 1.0)), None),
         "step-lift" => (Some(([213, 94, 0], 1.0)), None),
         "step-tip" => (Some(([150, 0, 0], 1.0)), None),

@@ -775,19 +775,24 @@ fn from_limit(analysis: &Analysis, row: usize, wheel: usize) -> String {
     let limits = analysis.min_loads_n.as_ref();
     let limit_n = limits.map_or(0.0, |limits| limits[wheel]);
     let above_n = found.value(Quantity::Load(wheel), 0) - limit_n;
-    let sigmas = above_n.abs() / found.value(Quantity::LoadSigma(wheel), 0);
+    let sigma_n = found.value(Quantity::LoadSigma(wheel), 0);
+    let sigmas = above_n.abs() / sigma_n;
+    let named = SupportWord::named(&analysis.machine.wheels()[wheel]);
     let limit = match limit_n > 0.0 {
         true => word!("its limit"),
         false => word!("zero"),
     };
     match (sigmas.is_finite(), above_n < 0.0) {
+        (false, _) if sigma_n == 0.0 => {
+            word!("The stated uncertainties leave the smallest load no band.").into()
+        }
         (false, _) => word!("The uncertainty of the smallest load is not known.").into(),
-        (true, false) => {
-            say!("The smallest load is {sigmas:.1} standard deviations above {limit}.")
-        }
-        (true, true) => {
-            say!("The smallest load is {sigmas:.1} standard deviations below {limit}.")
-        }
+        (true, false) => say!(
+            "The smallest load compared with that at rest, of {named}, is {sigmas:.1} standard deviations above {limit}."
+        ),
+        (true, true) => say!(
+            "The smallest load compared with that at rest, of {named}, is {sigmas:.1} standard deviations below {limit}."
+        ),
     }
 }
 

@@ -68,6 +68,7 @@ pub(super) fn figures(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
             span_s: (from_s, to_s),
             mark: Mark {
                 at_s: seconds(gravest.start_ns),
+                row: rows.at(gravest.start_ns),
                 caption: match gravest.hides_onset() {
                     true => word!("t [s]; dashed upright: first shown"),
                     false => word!("t [s]; dashed upright: onset"),
@@ -102,6 +103,7 @@ pub(super) fn closest(analysis: &Analysis, row: usize, wheel: usize) -> Markup {
             span_s: (from_s, to_s),
             mark: Mark {
                 at_s,
+                row,
                 caption: word!("t [s]; dashed upright: closest"),
             },
             wheels: wheels(analysis, [wheel].into_iter(), row),
@@ -123,7 +125,7 @@ fn drawn(analysis: &Analysis, focus: &Focus) -> Markup {
     let at = |s: f64| rows.at(rows.times_ns[0].saturating_add((s * 1e9) as i64));
     let (first, end) = (at(from_s), at(to_s) + 1);
     let window = rows.window(first..end.min(rows.len()));
-    let curves = Curves::of(analysis, &window, &focus.wheels);
+    let curves = Curves::of(analysis, &window, &focus.wheels, focus.mark.row);
     let (span, mark) = ((from_s, to_s.max(from_s + 0.1)), &focus.mark);
     html! {
         div.grid.four {
@@ -143,7 +145,7 @@ struct Curves {
 }
 
 impl Curves {
-    fn of(analysis: &Analysis, rows: &Rows, wheels: &[usize]) -> Self {
+    fn of(analysis: &Analysis, rows: &Rows, wheels: &[usize], marked: usize) -> Self {
         let machine = &analysis.machine;
         let has_sigma = analysis.rows.has(Quantity::LoadSigma(0));
         let named = |name: &str| (name.to_owned(), Vec::new());
@@ -158,8 +160,7 @@ impl Curves {
         };
         let mut placement = Placement::new(machine);
         let mut state = State::zero(machine);
-        let step = rows.len().div_ceil(POINTS).max(1);
-        for row in (0..rows.len()).step_by(step) {
+        for row in evenly(rows.len(), marked.saturating_sub(rows.first)) {
             let time_s = analysis.rows.seconds(rows.first + row);
             let is_known = rows.reasons[row].leave_loads();
             for (curve, &wheel) in found.loads.iter_mut().zip(wheels) {
@@ -205,6 +206,12 @@ impl Curves {
     }
 }
 
+/// Rows to draw of so many, evenly spread, with the marked one: the curve reaches what is said of it.
+fn evenly(rows: usize, marked: usize) -> impl Iterator<Item = usize> {
+    let step = rows.div_ceil(POINTS).max(1);
+    (marked % step..rows).step_by(step)
+}
+
 /// Wheels of their own, and then others that stand in a row, so many as a chart shows.
 fn wheels(analysis: &Analysis, own: impl Iterator<Item = usize>, row: usize) -> Vec<usize> {
     let all = analysis.machine.wheels();
@@ -224,6 +231,8 @@ fn wheels(analysis: &Analysis, own: impl Iterator<Item = usize>, row: usize) -> 
 /// The dashed upright: the onset, of a fall whose onset the log does not show the first row that shows it, or the smallest load.
 struct Mark {
     at_s: f64,
+    /// The row at this time, or the last before it.
+    row: usize,
     caption: &'static str,
 }
 
@@ -278,4 +287,20 @@ fn chart(title: &str, curves: &[Named], span: (f64, f64), mark: &Mark, from_zero
     }
     chart.caption_x(mark.caption);
     chart.finish()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of ten seconds at 1 kHz one row in 39 was drawn, and hardly ever the one that the sentence is about.
+    #[test]
+    fn the_row_that_is_marked_is_drawn() {
+        for (rows, marked) in [(10_000, 5_017), (261, 1), (100, 99), (1, 0)] {
+            let drawn: Vec<usize> = evenly(rows, marked).collect();
+            assert!(drawn.contains(&marked), "{rows} {marked}");
+            assert!(drawn.len() <= POINTS && drawn.iter().all(|&row| row < rows));
+        }
+        assert_eq!(evenly(0, 0).count(), 0);
+    }
 }

@@ -21,7 +21,7 @@ unpacked('data').json().then(function (data) {
     return made;
   };
   const link = function (i, parent) {
-    const full = data.folders[data.folder[i]] + '/' + data.name[i];
+    const full = data.folders[data.folder[i]] + data.name[i];
     if (data.report[i]) element('a', data.name[i], parent, {href: 'reports/' + data.report[i] + '/report.html', title: full});
     else element('span', data.name[i], parent, {title: full});
   };
@@ -128,7 +128,7 @@ unpacked('data').json().then(function (data) {
       if (cause !== null && data.cause[i] !== cause) continue;
       if (from !== null && !(known(data.day[i]) && data.day[i] >= from)) continue;
       if (to !== null && !(known(data.day[i]) && data.day[i] <= to)) continue;
-      if (text && !(data.folders[data.folder[i]] + '/' + data.name[i] + ' ' + machineName(i)).toLowerCase().includes(text)
+      if (text && !(data.folders[data.folder[i]] + data.name[i] + ' ' + machineName(i)).toLowerCase().includes(text)
           && !(known(data.text[i]) && data.texts[data.text[i]].toLowerCase().includes(text))) continue;
       found.push(i);
     }

@@ -273,7 +273,6 @@ fn data<'a>(
                         group: u8,
                         rank: (usize, usize)| {
         let folder = &record.path[..record.path.len() - name.len()];
-        let folder = folder.strip_suffix('/').unwrap_or(folder);
         let machine = record.machine.as_ref().map(|machine| {
             let place = machines.place(&machine.name);
             kinds.insert(place, machine.kind.clone());
