@@ -502,6 +502,16 @@ mod made_up {
     }
 
     #[test]
+    fn a_macro_that_its_file_passes_on_counts_there() {
+        let found = pairs(&[
+            ("lib.rs", "mod a; mod b;"),
+            ("a.rs", "use crate::b::m;"),
+            ("b.rs", "macro_rules! m { () => {} } pub(crate) use m;"),
+        ]);
+        assert_eq!(found, ["a.rs uses m of b.rs"]);
+    }
+
+    #[test]
     fn a_circle_of_files_is_named_with_its_items() {
         let found = circles_of_files(&imports(&[
             ("lib.rs", "mod a; mod b; mod c;"),

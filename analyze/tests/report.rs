@@ -12,7 +12,7 @@ use tipwatch_analyze::report::{doubted, render, render_pdf, story};
 use tipwatch_mechanics::machine::{FaultKind, Policy, SupportKind};
 use tipwatch_mechanics::state::{Reason, Reasons};
 
-use crate::support::{analysed, copy_log, data};
+use crate::support::{analysed, copy_log, data, stderr, text, tipwatch};
 
 fn analysis(name: &str) -> Analysis {
     analysed(
@@ -516,11 +516,30 @@ fn a_report_is_small_and_loads_nothing() {
     assert!(!page.contains("<script src") && !page.contains("<link"));
 }
 
+/// On level ground the demo lifts its wheel later: the two drawings are of one time all the same.
+#[test]
+fn a_supposition_is_drawn_at_the_time_of_the_record() {
+    let demo = Path::new(env!("CARGO_MANIFEST_DIR")).join("demo");
+    let (log, machine) = (demo.join("demo.mcap"), demo.join("demo.toml"));
+    let out = TempDir::new().unwrap();
+    let command = ["whatif", text(&log), "--slope-level"];
+    let place = ["--machine", text(&machine), "--out", text(out.path())];
+    let done = tipwatch(&[&command[..], &place].concat());
+    let page = std::fs::read_to_string(out.path().join("comparison.html"));
+    let page = page.unwrap_or_else(|error| panic!("{error}: {}", stderr(&done)));
+    let heads = page.split("<h3>").skip(1);
+    let heads = heads.filter_map(|rest| rest.split("</h3>").next());
+    let times: Vec<&str> = heads
+        .filter_map(|head| head.split("t = ").nth(1)?.split(' ').next())
+        .collect();
+    assert!(times.len() == 2 && times[0] == times[1], "{times:?}");
+}
+
 mod needs_browser {
     use std::collections::HashMap;
 
     use super::*;
-    use crate::support::{run_python, stderr, text, tipwatch};
+    use crate::support::run_python;
 
     /// Tests a report in a browser in both languages; the analysis ends with this code.
     fn works_in_a_browser(log: &Path, machine: &Path, code: i32) {

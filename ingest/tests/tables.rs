@@ -13,8 +13,8 @@ use parquet::{
     schema::{parser::parse_message_type, types::Type},
 };
 use tipwatch_ingest::{
-    DateOrder, Error, FieldRequest, Log, LostPart, ReadOptions, TableOptions, TimeUnit,
-    record_fields, topic_contents,
+    BindingError, DateOrder, Error, FieldRequest, Log, LostPart, ReadOptions, TableOptions,
+    TimeUnit, record_fields, topic_contents,
 };
 
 use crate::support::TempLog;
@@ -322,6 +322,58 @@ fn times_that_are_too_coarse_for_the_rows_are_told() {
         let notes = &log.losses().notes;
         let is_told = notes.iter().any(|note| note.contains("18 of 20 rows"));
         assert_eq!(is_told, is_coarse, "{notes:?}");
+    }
+}
+
+/// Times of rows (ms) that a logger writes in steps of so many, and what is read of them.
+fn read_in_steps_of(step_ms: i64, times_ms: &[i64]) -> Vec<i64> {
+    let row = |(at, time): (usize, &i64)| format!("{},{at}\n", time / step_ms * step_ms);
+    let rows: String = times_ms.iter().enumerate().map(row).collect();
+    let file = csv(&format!("time_ms,x\n{rows}"));
+    let log = Log::open(&file.path).unwrap();
+    let (times, values, _) = field(&log, "x");
+    let in_order: Vec<f64> = (0..times_ms.len()).map(|at| at as f64).collect();
+    assert_eq!(values, in_order);
+    times
+}
+
+#[test]
+fn rows_of_one_time_are_spread_over_its_step() {
+    let of_ms = |times: &[i64]| -> Vec<i64> { times.iter().map(|ms| ms * 1_000_000).collect() };
+    // whole seconds and tenths; the table begins and ends within a step
+    for (step_ms, period_ms, first_ms) in [(1000, 100, 1500), (1000, 20, 400), (100, 50, 0)] {
+        let times: Vec<i64> = (0..200_i64).map(|row| first_ms + row * period_ms).collect();
+        assert_eq!(read_in_steps_of(step_ms, &times), of_ms(&times));
+    }
+    // a gap is no step
+    let times: Vec<i64> = (0..40_i64)
+        .map(|row| row * 100 + if row < 20 { 0 } else { 60_000 })
+        .collect();
+    assert_eq!(read_in_steps_of(1000, &times), of_ms(&times));
+    let rows = 0..40_i64;
+    let seconds = rows.clone().map(|row| Some(row / 10 * 1_000_000_000));
+    let numbers = rows.clone().map(|row| Some(row as f64)).collect();
+    let unit = timestamp(ColumnUnit::NANOS);
+    let file = TempLog::new(
+        "table",
+        &parquet(&[
+            ("time", Column::Whole64(seconds.collect(), unit)),
+            ("x", Column::Double(numbers)),
+        ]),
+    );
+    let (times, ..) = field(&Log::open(&file.path).unwrap(), "x");
+    assert_eq!(times, rows.map(|row| row * 100_000_000).collect::<Vec<_>>());
+}
+
+#[test]
+fn rows_of_one_time_that_complete_or_repeat_each_other_keep_it() {
+    for text in [
+        "time_s,x,y\n0,1,\n0,,5\n1,2,\n1,,6\n2,3,\n2,,7\n",
+        "time_s,x,y\n0,1,5\n0,1,5\n1,2,6\n1,2,6\n2,3,7\n2,3,7\n",
+    ] {
+        let file = csv(text);
+        let (times, ..) = field(&Log::open(&file.path).unwrap(), "y");
+        assert!(times.iter().all(|time| time % 1_000_000_000 == 0), "{text}");
     }
 }
 
@@ -935,6 +987,72 @@ fn times_of_day_go_on_over_midnight() {
         [day - 100_000_000, day - 200_000_000, day + 100_000_000]
     );
     assert_eq!(log.span_ns(), Some((day - 200_000_000, day + 100_000_000)));
+}
+
+#[test]
+fn numbers_with_one_unit_behind_them_are_read() {
+    let file = csv("time_s,angle,force\n0,12.5 deg,900 N\n1,0,1.2 kN\n2,-3.5 deg,800 N\n");
+    let log = Log::open(&file.path).unwrap();
+    let (_, values, notes) = field(&log, "angle");
+    assert_eq!(values, [12.5, 0.0, -3.5]);
+    let is_told = |text: &str| notes.iter().any(|note| note.contains(text));
+    assert!(
+        is_told("the unit \"deg\"") && is_told("found \"N\" and others"),
+        "{notes:?}"
+    );
+    // a number of another unit is no number
+    let force = record_fields(&log, &[FieldRequest::raw("table", "force")], None);
+    assert!(
+        matches!(
+            force,
+            Err(Error::Binding(BindingError::NoNumber { messages: 3, .. }))
+        ),
+        "{force:?}"
+    );
+}
+
+#[test]
+fn counters_of_time_that_begin_again_go_on() {
+    // milliseconds in 16 bits, microseconds in 32 bits, the seconds of a day and of a GPS week
+    for (name, holds, step, unit_ns) in [
+        ("time_ms", 1_i64 << 16, 20, 1_000_000),
+        ("time_ms", 1 << 32, 20, 1_000_000),
+        ("micros", 1 << 32, 20_000, 1000),
+        ("time_s", 86_400, 1, 1_000_000_000),
+        ("time_s", 604_800, 1, 1_000_000_000),
+    ] {
+        let counts = (0..60_i64).map(|row| holds - 50 * step + row * step + 7 % step);
+        let row = |count: i64| format!("{},1\n", count % holds);
+        let rows: String = counts.clone().map(row).collect();
+        let file = csv(&format!("{name},x\n{rows}"));
+        let (times, _, notes) = field(&Log::open(&file.path).unwrap(), "x");
+        let expected: Vec<i64> = counts.map(|count| count * unit_ns).collect();
+        assert_eq!(times, expected, "{name}");
+        let is_told = notes
+            .iter()
+            .any(|note| note.contains("(1 times): its times go on"));
+        assert!(is_told, "{notes:?}");
+    }
+    // local times at the end of summer time
+    let file = csv(
+        "time,x\n2024-10-27 02:59:57,1\n2024-10-27 02:59:58,1\n2024-10-27 02:59:59,1\n2024-10-27 02:00:00,1\n2024-10-27 02:00:01,1\n",
+    );
+    let (times, _, notes) = field(&Log::open(&file.path).unwrap(), "x");
+    assert_eq!(times[4] - times[0], 4_000_000_000, "{notes:?}");
+    // one wrong time, of which the fall back is no turn
+    let file = csv("time_ms,x\n0,1\n20,1\n40,1\n40000,1\n60,1\n80,1\n");
+    let (_, _, notes) = field(&Log::open(&file.path).unwrap(), "x");
+    assert!(
+        !notes.iter().any(|note| note.contains("its times go on")),
+        "{notes:?}"
+    );
+    // a recorder that starts again
+    let file = csv("time_ms,x\n60000,1\n60020,1\n60040,1\n0,1\n20,1\n");
+    let (_, _, notes) = field(&Log::open(&file.path).unwrap(), "x");
+    assert!(
+        !notes.iter().any(|note| note.contains("its times go on")),
+        "{notes:?}"
+    );
 }
 
 #[test]

@@ -31,9 +31,9 @@
  * the positions of its joints in that order, then their velocities. Names are those of the URDF. IMU, odometry and tool
  * wrench have stream 0. Actuator signals are numbered over all joints whose bit is set in actuated_joints, ascending: one
  * stream for a joint with a force, two for one with pressures (piston side, then rod side). Bit k is the k-th linkage of the
- * machine file that binds a force or pressures and carries some, but not all wheels. The stream of a load sensor is the number
- * of its bit in load_sensors, that of a signal of a payload of its bit in payload_signals, and that of a force of the arm of its
- * bit in force_signals. The end of the session (kind end) has as sequence the number of samples before it.
+ * machine file that binds a force or pressures and carries some, but not all wheels. Streams of load sensors, of signals of
+ * payloads and of forces of the arm are the numbers of their bits in load_sensors, payload_signals and force_signals. The end of
+ * the session (kind end) has as sequence the number of samples before it.
  *
  * UNITS AND CLOCKS. The producer sends SI units, signs, zeros and names of the URDF: scale, offset and field of the machine
  * file's signals, and its clock offsets, are for logs, where replay applies them. The monitor applies none of them. Stamps of
@@ -570,7 +570,8 @@ struct tipwatch_machine {
     /* By how much each is off (rad, m, m/s2), as far as was seen; 0 of a joint that stopped to be measured. */
     double doubted_by[64];
     /* What of that may be motion (same unit). Of a joint that stopped to be measured: its velocity then (rad/s, m/s). Infinite
-     * where the lean of the platform has contradicted that the joint stood still; it may have another doubt beside that. */
+     * where the lean of the platform has contradicted that the joint stood still, and minus infinity where the joint does not
+     * show what its controller asks; it may have another doubt beside that. */
     double doubted_moved[64];
     /* Which joints of the machine these are. */
     uint32_t known_joints[64];
@@ -643,8 +644,9 @@ struct tipwatch_verdict {
      * odometry, tool wrench, actuator forces, ground, masses of payloads, which supports are on the ground; bit
      * 8 + k: joint k of the machine. Without any, and without a doubt, the basis is proven. */
     uint64_t unproven;
-    /* Bits, as in unproven: signals that failed visibly, such as a joint that jumped where it cannot have moved,
-     * in this session or before. They are doubted until they are back, or somebody acknowledges them. */
+    /* Bits, as in unproven: signals that failed visibly, such as a joint that jumped where it cannot have moved, or
+     * that does not show what its controller asks, in this session or before. They are doubted until they are back, or
+     * somebody acknowledges them. */
     uint64_t doubted;
     /* Bits: the signals that somebody has acknowledged since the last row, and that are trusted again. One that was refused,
      * because it still repeats one value, is not among them and stays in doubted. */

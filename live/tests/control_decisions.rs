@@ -11,6 +11,8 @@ use tipwatch_live::wire::session::{Progress, Session};
 use tipwatch_live::wire::topics::{
     EVENT_BETWEEN, EVENT_ROW, Kind, Wire, WireCommand, WireSample, WireVerdict,
 };
+use tipwatch_live::wire::verdict::GroundUnknown;
+use tipwatch_mechanics::estimation::support_configuration::GroundGap;
 use tipwatch_mechanics::machine::Proofs;
 use tipwatch_mechanics::state::{Reason, Reasons};
 use tipwatch_mechanics::verdict::{Basis, InputFault, InputFaults, Level};
@@ -260,6 +262,31 @@ fn motion_is_permitted_by_known_levels_without_a_latched_fault() {
         );
         assert_eq!(bench.has(HoldReason::Verdict), !permits);
         assert!(!bench.has(HoldReason::Starting));
+    }
+}
+
+/// Whatever the level and its basis: that loads are known on supports without reference loads is no exception.
+// requirement: TW-CONTROL-04
+#[test]
+fn valves_do_not_follow_while_the_ground_is_unknown() {
+    for (gap, permits) in [
+        (None, true),
+        (Some(GroundUnknown::Gap(GroundGap::Transition)), false),
+        (Some(GroundUnknown::Gap(GroundGap::Taken)), false),
+        (Some(GroundUnknown::Impossible), false),
+        (Some(GroundUnknown::NoReferenceLoads), false),
+    ] {
+        for level in [Level::Safe, Level::Warning, Level::Danger] {
+            let mut bench = Bench::new();
+            bench.runs_in(0.0);
+            bench.is_judged = false;
+            let mut verdict = bench.verdict(level);
+            verdict.ground_gap = gap.map_or(0, GroundUnknown::number);
+            seal_verdict(&mut verdict, standing().session.machine_hash);
+            bench.control.verdict(&verdict);
+            let follows = bench.row().mode() == Mode::Follow;
+            assert_eq!(follows, permits, "{level:?} {gap:?}");
+        }
     }
 }
 

@@ -4,18 +4,21 @@
 use std::collections::BTreeSet;
 
 use jiff::{SignedDuration, Timestamp};
-use tipwatch_binding::{Commissioning, CommissioningItem};
+use tipwatch_binding::{Commissioning, CommissioningItem, MachineFile};
 use tipwatch_live::alarm::{AlarmFile, DoubtedSignals, Kept};
 use tipwatch_live::node::{LiveNode, Sender};
 use tipwatch_live::operator::acknowledge_signal;
+use tipwatch_live::replay::LogSamples;
 use tipwatch_live::wire::names::Names;
 use tipwatch_live::wire::topics::{Kind, WireAcknowledge, WireMachine, WireSample, WireVerdict};
 use tipwatch_mechanics::machine::{Proof, Proofs};
+use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::verdict::{Basis, Latch, Level};
 
-use crate::support::World;
+use crate::payloads::rows_of;
 use crate::support::feed::Feed;
 use crate::support::steered::Steered;
+use crate::support::{World, data};
 
 /// All joints of this machine move, and no wheel lifts.
 const MACHINE: &str = "commissioning";
@@ -725,14 +728,22 @@ fn kept_after_a_session(bench: &Bench) -> AlarmFile {
     AlarmFile::new(&bench.world.state_folder, hash, "hdmm_rigid")
 }
 
-/// The lean of the platform had contradicted that the slew stood still as it showed, and the slew is measured again. After a
-/// restart the monitor still knows, and says that it is no proof: Assumed, and never Safe, until somebody acknowledges it.
+/// The lean of the platform had contradicted that the slew stood still as it showed, and the slew is measured again; or it had not
+/// shown what its controller asked, and none asks now. After a restart the monitor still knows, and says that it is no proof: Assumed,
+/// and never Safe, until somebody acknowledges it.
 // requirement: TW-VERDICT-28, TW-VERDICT-31
 #[test]
 fn joint_that_had_stopped_is_doubted_over_restarts_until_a_person_trusts_it() {
+    for kept in ["joint.slew=0~inf", "joint.slew=0~-inf"] {
+        is_doubted_over_restarts(&format!("{kept}@2026-11-27T10:00:00Z"));
+    }
+}
+
+/// Checks this doubt of the slew.
+fn is_doubted_over_restarts(kept: &str) {
     let bench = Bench::new("stopped");
     let file = kept_after_a_session(&bench);
-    let kept = "joint.slew=0~inf@2026-11-27T10:00:00Z".parse().unwrap();
+    let kept = kept.parse().unwrap();
     file.write(&Kept::default().doubting(kept)).unwrap();
     let mut feed = feed(&bench.node, bench.machine, bench.monitor());
     for _ in 0..2 {
@@ -804,4 +815,51 @@ fn joint_that_has_lost_counts_is_doubted_until_a_person_trusts_it() {
     sender.send_for(feed.hash, &mut message).unwrap();
     let trusted = feed.rows(300);
     assert!(!doubts(trusted.last().unwrap(), slew));
+}
+
+/// The encoder of a joint shows its noise alone while the controller asks the joint to turn. Hydraulics that are off look the same, so
+/// that rows are not doubted.
+// requirement: TW-VERDICT-31
+#[test]
+fn joint_that_does_not_show_what_is_asked_is_doubted_and_its_rows_are_not() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::copy(data("tiny_lift.urdf"), folder.path().join("tiny_lift.urdf")).unwrap();
+    let path = folder.path().join("asked.toml");
+    let text = std::fs::read_to_string(data("tiny_lift.toml")).unwrap()
+        + "[signals.joints.slew]\ncommand = { topic = \"/joint_states\", field = \"velocity\", joint = \"slew\" }\n";
+    std::fs::write(&path, text).unwrap();
+    let file = MachineFile::read(&path).unwrap();
+    let session = LogSamples::read(&data("tiny_lift.mcap"), &file, None)
+        .unwrap()
+        .session;
+    let urdf = file.urdf(None, None).unwrap();
+    let (machine, _) = session.machine(&file, &urdf).unwrap();
+    let mut joints = machine.joints().iter();
+    let slew = Proof::Joint(joints.position(|joint| joint.name == "slew").unwrap());
+    let mut names = session.streams[0].iter();
+    let place = names.position(|name| name == "slew").unwrap();
+    let rows_with = |is_asked: bool| {
+        let (mut first, mut step) = (None, 0.0_f64);
+        rows_of("tiny_lift.mcap", &path, Proofs::ALL, |_, mut wire| {
+            if wire.kind == Kind::Joints as u32 {
+                let first = *first.get_or_insert(wire.values[place]);
+                step += 1.0;
+                let count = wire.value_count as usize;
+                wire.values[place] = first + 2e-4 * (step * step * 0.37).sin();
+                wire.values[place + count / 2] = 0.0;
+            } else if wire.kind == Kind::Command as u32 {
+                wire.values[0] = if is_asked { 0.3 } else { f64::NAN };
+            }
+            Some(wire)
+        })
+    };
+    let asked = rows_with(true);
+    let (_, row) = (asked.iter().find(|(_, row)| doubts(row, slew))).unwrap();
+    assert!(row.verdict().unproven.has(slew));
+    assert!(!row.row_reasons().has(Reason::Contradiction));
+    let idle = rows_with(false);
+    let before = idle
+        .iter()
+        .find(|(_, of)| of.sample_sequence == row.sample_sequence);
+    assert!(!doubts(&before.unwrap().1, slew));
 }

@@ -1,41 +1,21 @@
 //! Measured forces of the arm, by which nothing is computed, against those that masses and motion require.
 
-use nalgebra::Vector3;
-use tipwatch_mechanics::estimation::Estimate;
-use tipwatch_mechanics::machine::{LogFacts, MachineSpec, SessionProofs};
-use tipwatch_mechanics::state::{Reason, Reasons};
+use tipwatch_mechanics::Machine;
+use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::studies::measured_forces::ForceWatch;
-use tipwatch_mechanics::{
-    Machine, Scope, State, Workspace, actuator_force, evaluate_one, resting_state,
-};
 
-use crate::support::set_joint;
+use crate::support::swinging_boom::{FRICTION_SHARE, swinging, with_linkage, with_load};
 
-const STEP_NS: i64 = 20_000_000;
-const FORCE_SIGMA_N: f64 = 500.0;
 /// More than five standard deviations of friction (5 %), samples and masses.
 const WRONG_BY_N: f64 = 60e3;
 
 /// Returns a machine whose lift cylinder has a measured force and carries a load of this mass (kg); `at_stop`: the boom in its reference
 /// posture is at a limit of the URDF.
 fn machine(mass: &str, at_stop: bool) -> Machine {
-    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data");
-    let read = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
-    let bound = "name = \"lift\"\nforce = { topic = \"/lift\", field = \"force\" }\nforce_sigma = 500.0\nfriction_share = 0.05\n";
-    let text = read("lift_payload.toml").replacen("name = \"lift\"\n", bound, 1)
-        + "[[payload]]\nlink = \"tool\"\ncom = [0.405, -0.4313, -0.0134]\nmass = "
-        + mass;
-    let urdf = read("lift_payload.urdf");
-    let lines = urdf
-        .lines()
-        .map(|line| match line.contains("<joint name='lift' ") {
-            true if at_stop => line.replace("lower='-10'", "lower='-1.488'"),
-            _ => line.to_owned(),
-        });
-    let urdf = lines.collect::<Vec<_>>().join("\n");
-    let spec = MachineSpec::from_toml(&text, "machine.toml").unwrap();
-    spec.check(&urdf, "machine.urdf", LogFacts::default())
-        .unwrap()
+    with_load(mass, |line| match line.contains("<joint name='lift' ") {
+        true if at_stop => line.replace("lower='-10'", "lower='-1.488'"),
+        _ => line.to_owned(),
+    })
 }
 
 /// What the watch says of a row.
@@ -55,41 +35,10 @@ fn watched(
     mut measured: impl FnMut(f64, f64) -> f64,
 ) -> Vec<Told> {
     let mut watch = ForceWatch::new(machine).unwrap();
-    let mut workspace = Workspace::with_scope(machine, Scope::LOADS);
-    let posture = machine.reference().posture.positions.clone();
-    let lift = (machine.joints().iter())
-        .position(|joint| joint.name == "lift")
-        .unwrap();
-    let rows = (seconds * 1e9) as i64 / STEP_NS;
-    let rows = (0..rows).map(|row| {
-        let time_s = (row * STEP_NS) as f64 * 1e-9;
-        let mut state: State<f64> = resting_state(machine, &posture);
-        state.imu.specific_force = Vector3::z() * machine.gravity();
-        state.payload_share[0] = 1.0;
-        let (sin, cos) = (1.5 * time_s).sin_cos();
-        let motion = [
-            posture[lift] + swing * sin,
-            1.5 * swing * cos,
-            -2.25 * swing * sin,
-        ];
-        set_joint(machine, &mut state, "lift", motion);
-        evaluate_one(machine, &state, &mut workspace);
-        let force = actuator_force(machine, &state, &workspace, 0);
-        // of a standard deviation of one, and not periodic
-        let noise = 1.4 * (row as f64 * row as f64 * 0.37).sin();
-        let friction = 0.05 * force.abs() * cos.signum();
-        let mut estimate = Estimate {
-            time_ns: row * STEP_NS,
-            state,
-            reasons: Reasons::NONE,
-            rotates: false,
-            shown: SessionProofs::NONE,
-            stands_on: None,
-            measured_loads: Vec::new(),
-            commands: Vec::new(),
-            lift_forces: vec![f64::NAN],
-            arm_forces: vec![measured(time_s, force + FORCE_SIGMA_N * noise + friction)],
-        };
+    let friction = |rate: f64| FRICTION_SHARE * rate.signum();
+    let rows = swinging(machine, swing, seconds, |_| 1.0, friction);
+    let rows = rows.map(|(time_s, mut estimate, force)| {
+        estimate.arm_forces = vec![measured(time_s, force)];
         watch.row(machine, &mut estimate);
         let doubt = watch.doubt();
         assert_eq!(
@@ -176,6 +125,23 @@ fn a_cylinder_at_its_stop_contradicts_nothing() {
     assert_eq!(span(&rows, |row| row.is_contradicted), None);
     let rows = watched(&machine("320.0", false), 0.0, 8.0, wrong);
     assert!(span(&rows, |row| row.is_contradicted).is_some());
+}
+
+/// Where the machine file says so, an arm may lie on its rest: its cylinder then carries less than without it, or presses it down.
+#[test]
+fn a_cylinder_whose_arm_may_lie_on_its_rest_contradicts_nothing_by_carrying_less() {
+    let is_contradicted = |range: &str, factor: f64| {
+        let rests = format!("rests_within = {range}\n");
+        let machine = with_linkage(&rests, "320.0", str::to_owned);
+        let rows = watched(&machine, 0.0, 8.0, |_, force| factor * force);
+        span(&rows, |row| row.is_contradicted).is_some()
+    };
+    // the boom is at -1.488 rad
+    let there = "[-1.6, -1.4]";
+    assert!(!is_contradicted(there, 0.0));
+    assert!(!is_contradicted(there, -10.0));
+    assert!(is_contradicted("[-1.4, -1.2]", -10.0));
+    assert!(is_contradicted(there, 10.0));
 }
 
 /// A force that tells the mass of a payload cannot be checked against it.

@@ -1,34 +1,14 @@
 //! Payloads that are weighed row by row, by the forces of a machine whose payload is known.
 
-use nalgebra::Vector3;
-use tipwatch_mechanics::estimation::Estimate;
-use tipwatch_mechanics::machine::{LogFacts, MachineSpec, SessionProofs};
-use tipwatch_mechanics::state::{Reason, Reasons};
+use tipwatch_mechanics::Machine;
+use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::studies::payload_watch::PayloadWatch;
-use tipwatch_mechanics::{
-    Machine, Scope, State, Workspace, actuator_force, evaluate_one, resting_state,
-};
 
-use crate::support::set_joint;
-
-const STEP_NS: i64 = 20_000_000;
-const FORCE_SIGMA_N: f64 = 500.0;
-const FRICTION_SHARE: f64 = 0.05;
+use crate::support::swinging_boom::{FRICTION_SHARE, swinging, with_load};
 
 /// Returns a machine that weighs the load of its lift cylinder.
 fn scale() -> Machine {
-    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data");
-    let read = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
-    let bound = "name = \"lift\"\nforce = { topic = \"/lift\", field = \"force\" }\nforce_sigma = 500.0\nfriction_share = 0.05\n";
-    let text = read("lift_payload.toml").replacen("name = \"lift\"\n", bound, 1)
-        + "[[payload]]\nlink = \"tool\"\nmass = \"estimate\"\ncom = [0.405, -0.4313, -0.0134]\n";
-    let spec = MachineSpec::from_toml(&text, "machine.toml").unwrap();
-    let mut machine = (spec.check(
-        &read("lift_payload.urdf"),
-        "machine.urdf",
-        LogFacts::default(),
-    ))
-    .unwrap();
+    let mut machine = with_load("\"estimate\"", str::to_owned);
     machine.weigh_payloads_by_row();
     machine
 }
@@ -50,43 +30,11 @@ fn weigh(
 ) -> Vec<Known> {
     let machine = scale();
     let mut watch = PayloadWatch::new(&machine);
-    let mut workspace = Workspace::with_scope(&machine, Scope::LOADS);
-    let posture = machine.reference().posture.positions.clone();
-    let lift = (machine.joints().iter())
-        .position(|joint| joint.name == "lift")
-        .unwrap();
-    let rows = (seconds * 1e9) as i64 / STEP_NS;
-    let rows = (0..rows).map(|row| {
-        let time_s = (row * STEP_NS) as f64 * 1e-9;
-        let mut state: State<f64> = resting_state(&machine, &posture);
-        state.imu.specific_force = Vector3::z() * machine.gravity();
-        let (sin, cos) = (1.5 * time_s).sin_cos();
-        let motion = [
-            posture[lift] + swing * sin,
-            1.5 * swing * cos,
-            -2.25 * swing * sin,
-        ];
-        set_joint(&machine, &mut state, "lift", motion);
-        let truth = mass(time_s);
-        state.payload_share[0] = truth.unwrap_or(0.0);
-        evaluate_one(&machine, &state, &mut workspace);
-        let force = actuator_force(&machine, &state, &workspace, 0);
-        // of a standard deviation of one, and not periodic
-        let noise = 1.4 * (row as f64 * row as f64 * 0.37).sin();
-        let force = force + FORCE_SIGMA_N * noise + force.abs() * friction(swing * cos);
-        state.payload_share[0] = f64::NAN;
-        let mut estimate = Estimate {
-            time_ns: row * STEP_NS,
-            state,
-            reasons: Reasons::NONE,
-            rotates: false,
-            shown: SessionProofs::NONE,
-            stands_on: None,
-            measured_loads: Vec::new(),
-            commands: Vec::new(),
-            lift_forces: vec![truth.map_or(f64::NAN, |_| force)],
-            arm_forces: Vec::new(),
-        };
+    let share = |time_s: f64| mass(time_s).unwrap_or(0.0);
+    let rows = swinging(&machine, swing, seconds, share, friction);
+    let rows = rows.map(|(time_s, mut estimate, force)| {
+        estimate.state.payload_share[0] = f64::NAN;
+        estimate.lift_forces = vec![mass(time_s).map_or(f64::NAN, |_| force)];
         watch.row(&machine, &mut estimate);
         let mass = estimate.state.payload_share[0];
         assert_eq!(

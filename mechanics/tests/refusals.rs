@@ -100,6 +100,27 @@ fn a_force_that_weighs_a_payload_has_an_error_and_friction() {
 }
 
 #[test]
+fn a_force_that_only_is_compared_has_errors_that_are_not_negative() {
+    for (accuracy, key) in [
+        ("friction_share = -0.1", "linkage.lift.friction_share"),
+        ("force_sigma = -500.0", "linkage.lift.force_sigma"),
+    ] {
+        assert_says(&refusal(weighing(accuracy, "")), &[key, "not negative"]);
+    }
+}
+
+#[test]
+fn a_rest_of_the_arm_is_stated_from_the_smaller_to_the_larger_position() {
+    for range in ["[1.0, 1.0]", "[1.0, 0.5]"] {
+        let stated = format!("pivot = \"lift\"\nrests_within = {range}");
+        assert_says(
+            &of_file("pivot = \"lift\"", &stated),
+            &["linkage.lift.rests_within", "the smaller one first"],
+        );
+    }
+}
+
+#[test]
 fn impossible_inertial_parameters_are_rejected() {
     assert_says(
         &of_urdf("<mass value='2200.0'/>", "<mass value='-2200.0'/>"),

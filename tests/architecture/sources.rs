@@ -114,24 +114,24 @@ impl Crate {
         if depth > LONGEST_CHAIN {
             return None;
         }
+        // before the names that are brought in: a file passes its macros on under their own names
+        if module.items.contains(name) {
+            return Some((module.file.clone(), name.clone()));
+        }
         if let Some(target) = module.names.get(name) {
             let whole = [target.as_slice(), &rest[1..]].concat();
             // a name that is brought in under itself is another crate's
             return (whole != rest || !base.starts_with(&current))
                 .then(|| self.resolve(&current, &whole, depth + 1))?;
         }
-        if !module.items.contains(name) {
-            let mut own = module
-                .globs
-                .iter()
-                .filter(|glob| self.is_own(&current, glob));
-            let passed_on = own.find_map(|glob| {
-                let whole = [glob.as_slice(), &rest].concat();
-                self.resolve(&current, &whole, depth + 1)
-            });
-            return passed_on;
-        }
-        Some((module.file.clone(), name.clone()))
+        let mut own = module
+            .globs
+            .iter()
+            .filter(|glob| self.is_own(&current, glob));
+        own.find_map(|glob| {
+            let whole = [glob.as_slice(), &rest].concat();
+            self.resolve(&current, &whole, depth + 1)
+        })
     }
 
     /// Whether a path used in this module leads into its own crate.

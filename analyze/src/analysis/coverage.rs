@@ -214,15 +214,9 @@ fn first_joint_stamp(loaded: &LoadedLog) -> Option<i64> {
     rows.recording.stamps_ns.iter().min().copied()
 }
 
-/// Whether every row needs a signal.
+/// Whether every row needs a signal, whatever acts on the tool.
 fn is_needed(loaded: &LoadedLog, sensor: Sensor) -> bool {
-    let sensors = &loaded.matched.sensors;
-    match sensor {
-        Sensor::Joints(_) => true,
-        Sensor::Imu => sensors.imu,
-        Sensor::Odometry => !sensors.imu,
-        Sensor::ToolWrench | Sensor::Number(..) => false,
-    }
+    loaded.matched.sensors.need(sensor) && sensor != Sensor::ToolWrench
 }
 
 /// The holes of the signals that every row needs, longer than the estimator bridges: sorted, disjoint.

@@ -15,7 +15,7 @@ use tipwatch_language::say;
 use tipwatch_mechanics::machine::{Machine, Wheel};
 use tipwatch_mechanics::{Placement, Quantity, State, largest_utilisation};
 
-use crate::base::rows::Rows;
+use crate::base::rows::{Rows, last_until};
 use crate::base::table::Table;
 use crate::base::widening::Widening;
 use crate::events::drives;
@@ -92,8 +92,7 @@ impl MovedGround {
     }
 
     fn share_at(&self, time_ns: i64) -> f64 {
-        let after = self.open.partition_point(|(at_ns, _)| *at_ns <= time_ns);
-        after.checked_sub(1).map_or(0.0, |at| self.open[at].1)
+        last_until(&self.open, time_ns).map_or(0.0, |(_, share)| *share)
     }
 }
 

@@ -7,8 +7,8 @@ use tipwatch_language::word;
 
 use super::study::{KnownRow, StudiedLog, Study};
 use crate::base::built::built;
+use crate::base::frame::{Record, record};
 use crate::page::table_of;
-use crate::tables::frame::{Record, record};
 
 // shown from here on
 /// How often the platform turned fast.

@@ -5,24 +5,21 @@ use std::collections::BTreeMap;
 use anyhow::Result;
 use tipwatch_binding::monitor_topic;
 use tipwatch_ingest::Log;
+use tipwatch_mechanics::estimation::plausibility::SignalDoubt;
 use tipwatch_mechanics::verdict::{Conditions, InputFaults, Latch, Level};
 
 use crate::base::verdicts::MonitorRecord;
 
-/// Reads the record. `inherits_doubts`: whether its session began by doubting signals, and their doubts are not followed sample by
-/// sample.
+/// Reads the record. `inherited`: the doubts of signals with which its session began, where they are not followed sample by sample.
 ///
 /// # Errors
 /// The log cannot be read.
-pub(crate) fn monitor_record(log: &Log, inherits_doubts: bool) -> Result<MonitorRecord> {
+pub(crate) fn monitor_record(log: &Log, inherited: &[SignalDoubt]) -> Result<MonitorRecord> {
     Ok(MonitorRecord {
         conditions: recorded(log)?,
         inherited: inherited_alarm(log)?,
         is_contradicted: inherited_contradiction(log)?,
-        doubted_rows: match inherits_doubts {
-            true => monitor_topic::doubted_rows(log)?,
-            false => Vec::new(),
-        },
+        doubted_rows: monitor_topic::doubted_rows(log, inherited)?,
     })
 }
 

@@ -90,12 +90,6 @@ impl EstimatedRows {
         }
     }
 
-    /// Time of a row (s) after the first one.
-    #[must_use]
-    pub fn seconds(&self, row: usize) -> f64 {
-        self.seconds_at(self.times_ns[row])
-    }
-
     /// Whether a row is in a window of the machine file (s), which counts from the first row of the log.
     pub(crate) fn is_in(&self, [from_s, to_s]: [f64; 2], row: usize) -> bool {
         let seconds = (self.times_ns[row] - self.begins_ns) as f64 * 1e-9;

@@ -19,9 +19,13 @@ pub(crate) fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
 
 /// A new, empty file beside `path`, whose folder is created if missing.
 fn begin(path: &Path) -> Result<(File, TempPath)> {
-    let folder = path.parent().unwrap_or(Path::new(""));
-    fs::create_dir_all(folder).with_context(|| cannot(folder, "created"))?;
+    make_folder(path.parent().unwrap_or(Path::new("")))?;
     unfinished_of(path)
+}
+
+/// Makes a folder that may be there already.
+pub(crate) fn make_folder(folder: &Path) -> Result<()> {
+    fs::create_dir_all(folder).with_context(|| cannot(folder, "created"))
 }
 
 /// A new, empty file beside the one of this name in a folder; it is removed unless it is given that name. It is best

@@ -7,6 +7,7 @@ pub mod estimated;
 pub(crate) mod fetched;
 pub mod file_hash;
 pub(crate) mod files;
+pub mod frame;
 mod in_order;
 pub(crate) mod lock;
 pub(crate) mod memory;

@@ -1,6 +1,7 @@
 //! Numbers for documents, and names and numbers as text with as many digits as a reader can use.
 
 use tipwatch_language::{decimals, say, word};
+use tipwatch_mechanics::number::SURE_SIGMAS;
 
 /// The number if it is finite: documents hold no infinity and no NaN.
 pub(crate) fn known(value: f64) -> Option<f64> {
@@ -67,9 +68,10 @@ pub(crate) fn four_digits(value: f64) -> String {
     }
 }
 
-/// A value and the half width of its band, with no digit that the band makes worthless: two digits of the band, and the value to
-/// the same place.
-pub(crate) fn with_band(value: f64, half_width: f64) -> String {
+/// A value and the half width of its band, by its standard deviation, with no digit that the band makes worthless: two digits of the
+/// band, and the value to the same place.
+pub(crate) fn with_sure_band(value: f64, sigma: f64) -> String {
+    let half_width = SURE_SIGMAS * sigma;
     let place = last_place(half_width);
     let value = match value.is_finite() {
         true => place.map_or_else(|| short(value), |place| to_place(value, place)),
@@ -179,14 +181,14 @@ mod tests {
 
     #[test]
     fn a_value_has_no_digit_that_its_band_makes_worthless() {
-        assert_eq!(with_band(17.6, 130.6), "20 ± 130");
-        assert_eq!(with_band(-3.009e-6, 0.029_99), "0.000 ± 0.030");
-        assert_eq!(with_band(1234.56, 0.3), "1234.56 ± 0.30");
-        assert_eq!(with_band(-0.0712, 0.012), "-0.071 ± 0.012");
-        assert_eq!(with_band(5.0, 1.0), "5.0 ± 1.0");
+        assert_eq!(with_sure_band(17.6, 65.3), "20 ± 130");
+        assert_eq!(with_sure_band(-3.009e-6, 0.014_995), "0.000 ± 0.030");
+        assert_eq!(with_sure_band(1234.56, 0.15), "1234.56 ± 0.30");
+        assert_eq!(with_sure_band(-0.0712, 0.006), "-0.071 ± 0.012");
+        assert_eq!(with_sure_band(5.0, 0.5), "5.0 ± 1.0");
         assert_eq!(band(0.01), "0.010");
-        assert_eq!(with_band(123.4, 9.96), "123 ± 10");
-        assert_eq!(with_band(1234.0, 99.7), "1230 ± 100");
+        assert_eq!(with_sure_band(123.4, 4.98), "123 ± 10");
+        assert_eq!(with_sure_band(1234.0, 49.85), "1230 ± 100");
         assert_eq!(band(0.0998), "0.10");
         assert_eq!(band(0.0), "0");
     }

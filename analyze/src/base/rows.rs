@@ -28,7 +28,7 @@ pub struct Rows {
     pub verdicts: Option<Verdicts>,
 }
 
-/// Declares the number of rows of a type, and which of them are valid.
+/// Declares the number of rows of a type, their times, and which of them are valid.
 macro_rules! counted_rows {
     ($of:ident) => {
         impl $of {
@@ -49,6 +49,12 @@ macro_rules! counted_rows {
             pub fn is_valid(&self, row: usize) -> bool {
                 self.reasons[row].leave_valid()
             }
+
+            /// Time of a row (s) after the first one.
+            #[must_use]
+            pub fn seconds(&self, row: usize) -> f64 {
+                self.seconds_at(self.times_ns[row])
+            }
         }
     };
 }
@@ -64,10 +70,9 @@ impl Rows {
         row_at(&self.times_ns, time_ns)
     }
 
-    /// Time of a row (s) after the first one of the log.
-    #[must_use]
-    pub fn seconds(&self, row: usize) -> f64 {
-        (self.times_ns[row] - self.start_ns) as f64 * 1e-9
+    /// A time (ns) on the clock of the stamps, in seconds after the first row of the log.
+    fn seconds_at(&self, time_ns: i64) -> f64 {
+        (time_ns - self.start_ns) as f64 * 1e-9
     }
 
     /// A result of a row; NaN where it cannot be computed, or if the model has no such quantity.
@@ -118,6 +123,12 @@ impl Rows {
 pub(crate) fn row_at(times_ns: &[i64], time_ns: i64) -> usize {
     let row = times_ns.partition_point(|&t| t < time_ns);
     row.min(times_ns.len().saturating_sub(1))
+}
+
+/// The last of some values, in order of their times (ns), until a time.
+pub(crate) fn last_until<T>(values: &[(i64, T)], time_ns: i64) -> Option<&(i64, T)> {
+    let later = values.partition_point(|(from_ns, _)| *from_ns <= time_ns);
+    values[..later].last()
 }
 
 /// Verdicts of a monitor, row by row.

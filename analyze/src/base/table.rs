@@ -212,12 +212,6 @@ impl Table {
         row_at(&self.times_ns, time_ns)
     }
 
-    /// Time of a row (s) after the first one.
-    #[must_use]
-    pub fn seconds(&self, row: usize) -> f64 {
-        self.seconds_at(self.times_ns[row])
-    }
-
     /// A time (ns) on the clock of the stamps, in seconds after the first row.
     #[must_use]
     pub fn seconds_at(&self, time_ns: i64) -> f64 {

@@ -12,7 +12,7 @@ use tipwatch_mechanics::verdict::{
 use tipwatch_mechanics::{Quantity, State};
 
 use super::predicted::Predictions;
-use super::rows::{Rows, Verdicts};
+use super::rows::{Rows, Verdicts, last_until};
 use super::support_sets::SupportSets;
 
 /// Record of a monitor in the log, and the state with which its session began.
@@ -71,10 +71,7 @@ impl ProofRecord {
         joints: &[Motion<f64>],
         on: Option<&[SupportId]>,
     ) -> Proofs {
-        let later = self
-            .shown
-            .partition_point(|(from_ns, _)| *from_ns <= time_ns);
-        let shown = self.shown[..later].last();
+        let shown = last_until(&self.shown, time_ns);
         let shown = shown.map_or(SessionProofs::NONE, |(_, shown)| *shown);
         shown.unproven(self.needed.on(on), self.commissioned.at(joints))
     }
@@ -123,8 +120,7 @@ impl<'a> RowPredictor<'a> {
     fn predict(&mut self, rows: &Rows, row: usize, level: Level) -> &Prediction {
         rows.states.get(row, &mut self.state);
         let (time_ns, reasons) = (rows.times_ns[row], rows.reasons[row]);
-        let until = (self.commands).partition_point(|(from_ns, _)| *from_ns <= time_ns);
-        if let Some((_, commands)) = self.commands[..until].last() {
+        if let Some((_, commands)) = last_until(self.commands, time_ns) {
             self.predictor.set_commands(commands);
         }
         (self.predictor).row(self.machine, time_ns, &self.state, reasons, level)

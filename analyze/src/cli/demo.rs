@@ -5,10 +5,9 @@
 //! stated, so nothing of this depends on an assumed split of the load. Simulated with contact physics by
 //! `tests/data/make_fixtures.py`.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use clap::Args;
 use tipwatch_binding::MachineFile;
 use tipwatch_language::word;
@@ -17,6 +16,7 @@ use super::exit::{Exit, Terminal};
 use super::first_report;
 use super::live_program;
 use super::options::LanguageArgs;
+use crate::base::files::write_atomically;
 use crate::base::output_place::OutputPlace;
 
 const FILES: [(&str, &[u8]); 3] = [
@@ -76,12 +76,8 @@ pub(super) fn run(args: &DemoArgs, terminal: Terminal) -> Result<Exit> {
 /// # Errors
 /// The folder cannot be written.
 fn unpack(folder: &Path) -> Result<(PathBuf, PathBuf)> {
-    fs::create_dir_all(folder)
-        .with_context(|| format!("{}: cannot be created", folder.display()))?;
     for (name, bytes) in FILES {
-        let path = folder.join(name);
-        fs::write(&path, bytes)
-            .with_context(|| format!("{}: cannot be written", path.display()))?;
+        write_atomically(&folder.join(name), bytes)?;
     }
     Ok((folder.join("demo.mcap"), folder.join("demo.toml")))
 }

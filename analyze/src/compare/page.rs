@@ -13,7 +13,7 @@ use crate::analysis::Analysis;
 use crate::events::support_words::support_word;
 use crate::page::svg::{CHART_STYLE, Chart};
 use crate::page::{self, Document, list, number, part, rows_to_draw, section, table};
-use crate::report::drawn_machine;
+use crate::report::drawn_machines;
 
 /// Lines of a list on the sheet; the others are folded.
 const MOST_LINES: usize = 12;
@@ -33,8 +33,8 @@ pub(crate) fn render_drawn(
     analyses: [&Analysis; 2],
 ) -> String {
     let drawn = html! {
-        @for (letter, analysis) in ["A", "B"].into_iter().zip(analyses) {
-            (section(&say!("The machine in {letter}"), drawn_machine(analysis)))
+        @for (letter, drawing) in ["A", "B"].into_iter().zip(&drawn_machines(analyses)) {
+            (section(&say!("The machine in {letter}"), drawing))
         }
     };
     rendered(comparison, a, b, &drawn)

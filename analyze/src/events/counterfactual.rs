@@ -5,7 +5,7 @@ use serde::Serialize;
 use tipwatch_language::say;
 use tipwatch_mechanics::number::BEYOND_SURE;
 
-use crate::base::number::{probability, readable, with_band};
+use crate::base::number::{probability, readable, with_sure_band};
 
 tipwatch_mechanics::named! {
     /// What is supposed instead of what was recorded.
@@ -103,7 +103,7 @@ impl Reply {
 }
 
 fn otf_in_words(otf_n: Option<f64>, sigma_n: Option<f64>) -> Option<String> {
-    let otf = with_band(otf_n?, 2.0 * sigma_n?);
+    let otf = with_sure_band(otf_n?, sigma_n?);
     Some(say!("minimum OTF {otf} N"))
 }
 

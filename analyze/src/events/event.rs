@@ -1,5 +1,6 @@
 //! Events: kind, time, severity, evidence.
 
+use polars::prelude::{Column, IntoColumn, NewChunkedArray, StringChunked};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tipwatch_language::word;
@@ -8,6 +9,7 @@ use tipwatch_mechanics::machine::FaultKind;
 use tipwatch_mechanics::machine::Policy;
 
 use super::counterfactual::{Answer, Counterfactual};
+use crate::base::frame::Field;
 
 /// Rotation about an edge (rad) that turns edge tipping into a tip-over.
 pub(crate) const TIP_OVER_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
@@ -311,6 +313,26 @@ pub struct EventCauses {
     pub shares: Vec<CauseShare>,
 }
 
+impl MeasuredRotation {
+    /// A rotation that began in the log, of which only the witness and its standard deviation are known.
+    pub(super) fn blank(witness: RotationWitness, sigma_rad: f64) -> Self {
+        Self {
+            witness,
+            other_edge: None,
+            sigma_rad,
+            onset_in_log: true,
+            ten_degrees_ns: None,
+            no_return_rad: None,
+            no_return_sigma_rad: None,
+            no_return_load_kg: None,
+            no_return_ns: None,
+            no_return_time_sigma_s: None,
+            at_rest_ns: None,
+            rested_ns: None,
+        }
+    }
+}
+
 impl EventCauses {
     /// Whether load was lost since the start of the comparison.
     pub(crate) fn is_loss(&self) -> bool {
@@ -396,6 +418,11 @@ impl Event {
 }
 
 impl Event {
+    /// The order of events where only the first are shown: facts first, the gravest, the earliest.
+    pub(crate) fn importance(&self) -> (bool, usize, i64) {
+        (!self.is_fact(), self.kind.rank(), self.start_ns)
+    }
+
     /// Returns the severity among events of the same kind: the larger, the worse. Not comparable between kinds.
     pub(crate) fn severity(&self) -> f64 {
         let severity = match self.kind {
@@ -415,6 +442,15 @@ impl Event {
     }
 }
 
+impl Field for EventKind {
+    const TYPE: &'static str = "str";
+
+    fn column<'a>(name: &str, values: impl ExactSizeIterator<Item = &'a Self>) -> Column {
+        let names = values.map(|kind| kind.name());
+        StringChunked::from_iter_values(name.into(), names).into_column()
+    }
+}
+
 impl EventKind {
     /// Whether the event concerns the machine's stability, not the log.
     #[must_use]
@@ -426,6 +462,19 @@ impl EventKind {
             | Self::TipOver
             | Self::LiftNotExcluded => true,
             Self::InputGap | Self::InputFault => false,
+        }
+    }
+
+    /// The smaller, the more important.
+    pub(crate) fn rank(self) -> usize {
+        match self {
+            Self::TipOver => 0,
+            Self::EdgeTipping => 1,
+            Self::WheelLift => 2,
+            Self::WheelLight => 3,
+            Self::LiftNotExcluded => 4,
+            Self::InputGap => 5,
+            Self::InputFault => 6,
         }
     }
 
@@ -454,22 +503,40 @@ mod tests {
     }
 
     #[test]
+    fn a_fact_comes_before_a_graver_event_that_is_none() {
+        let event = |kind, start_ns, certainty| Event {
+            certainty,
+            ..Event::blank(kind, start_ns, "fl".into())
+        };
+        let mut events = [
+            event(EventKind::TipOver, 1, Some(0.3)),
+            event(EventKind::WheelLight, 2, None),
+            event(EventKind::WheelLift, 4, Some(0.9)),
+            event(EventKind::WheelLift, 3, Some(0.6)),
+        ];
+        events.sort_by_key(Event::importance);
+        assert_eq!(events.map(|event| event.start_ns), [3, 4, 2, 1]);
+    }
+
+    #[test]
+    fn the_worst_kind_comes_first() {
+        use EventKind::{EdgeTipping, InputGap, TipOver, WheelLift, WheelLight};
+        let mut kinds = [InputGap, WheelLight, TipOver, WheelLift, EdgeTipping];
+        kinds.sort_by_key(|kind| kind.rank());
+        assert_eq!(
+            kinds,
+            [TipOver, EdgeTipping, WheelLift, WheelLight, InputGap]
+        );
+    }
+
+    #[test]
     fn a_measured_rotation_as_likely_of_the_ground_as_of_a_fall_is_open() {
         let rotated = |certainty: f64, rested_ns| Event {
             certainty: Some(certainty),
             measured_rotation: Some(MeasuredRotation {
-                witness: RotationWitness::GyroAlone,
-                other_edge: None,
-                sigma_rad: 0.01,
-                onset_in_log: true,
                 ten_degrees_ns: Some(4),
-                no_return_rad: None,
-                no_return_sigma_rad: None,
-                no_return_load_kg: None,
-                no_return_ns: None,
-                no_return_time_sigma_s: None,
-                at_rest_ns: None,
                 rested_ns,
+                ..MeasuredRotation::blank(RotationWitness::GyroAlone, 0.01)
             }),
             ..event(EventKind::TipOver, [3, 9])
         };

@@ -160,30 +160,8 @@ mod tests {
     use super::*;
     use crate::events::MeasuredRotation;
 
-    #[test]
-    fn a_joint_that_is_doubted_takes_nothing_from_a_measured_fall() {
-        let fall = Event {
-            certainty: Some(0.999),
-            ..Event::blank(EventKind::TipOver, 0, "left".into())
-        };
-        let measured = Event {
-            measured_rotation: Some(MeasuredRotation {
-                witness: RotationWitness::Both,
-                other_edge: None,
-                sigma_rad: 0.01,
-                onset_in_log: true,
-                ten_degrees_ns: None,
-                at_rest_ns: None,
-                rested_ns: None,
-                no_return_rad: None,
-                no_return_sigma_rad: None,
-                no_return_load_kg: None,
-                no_return_ns: None,
-                no_return_time_sigma_s: None,
-            }),
-            ..fall.clone()
-        };
-        let doubt = Event {
+    fn doubt(subject: &str, start_ns: i64, possible_since_ns: Option<i64>) -> Event {
+        Event {
             fault: Some(InputFault {
                 kind: FaultKind::Contradiction,
                 policy: Policy::Widen,
@@ -191,10 +169,23 @@ mod tests {
                 samples: 1,
                 explanation: None,
                 loads_are_right: Some(0.5),
-                possible_since_ns: None,
+                possible_since_ns,
             }),
-            ..Event::blank(EventKind::InputFault, 0, "lift".into())
+            ..Event::blank(EventKind::InputFault, start_ns, subject.into())
+        }
+    }
+
+    #[test]
+    fn a_joint_that_is_doubted_takes_nothing_from_a_measured_fall() {
+        let fall = Event {
+            certainty: Some(0.999),
+            ..Event::blank(EventKind::TipOver, 0, "left".into())
         };
+        let measured = Event {
+            measured_rotation: Some(MeasuredRotation::blank(RotationWitness::Both, 0.01)),
+            ..fall.clone()
+        };
+        let doubt = doubt("lift", 0, None);
         let lift = |wheel: &str, start_ns: i64| Event {
             certainty: Some(0.8),
             ..Event::blank(EventKind::WheelLift, start_ns, wheel.into())
@@ -217,19 +208,7 @@ mod tests {
                 end_ns: Some(end_ns),
                 ..Event::blank(EventKind::WheelLift, 0, "fl".into())
             };
-            let doubt = Event {
-                fault: Some(InputFault {
-                    kind: FaultKind::Contradiction,
-                    policy: Policy::Widen,
-                    limit: None,
-                    samples: 1,
-                    explanation: None,
-                    loads_are_right: Some(0.5),
-                    possible_since_ns: Some(100),
-                }),
-                ..Event::blank(EventKind::InputFault, 200, "slew".into())
-            };
-            let mut events = [lift, doubt];
+            let mut events = [lift, doubt("slew", 200, Some(100))];
             add_doubts(&mut events, &|_, _| false);
             events[0].certainty
         };

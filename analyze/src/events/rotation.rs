@@ -10,6 +10,7 @@ use tipwatch_mechanics::number::{BEYOND_SURE, SURE_SIGMAS};
 
 use super::onset::{self, Curve, Onset};
 use super::turning::Turning;
+use crate::base::rows::last_until;
 
 /// Time before the platform left its reference that the onset is searched in, and by which the search begins earlier while it finds
 /// an onset within so many seconds of where it begins (ns, s). A machine that balances on an edge falls slowly at first, and the reference
@@ -146,8 +147,7 @@ impl FoundRotation {
 
     /// Rotation at a time (rad): zero before the start.
     pub(crate) fn angle_at(&self, time_ns: i64) -> f64 {
-        let after = self.angles.partition_point(|(at_ns, _)| *at_ns <= time_ns);
-        after.checked_sub(1).map_or(0.0, |at| self.angles[at].1)
+        last_until(&self.angles, time_ns).map_or(0.0, |(_, angle)| *angle)
     }
 
     /// Its time, first and last (ns); without an end, all that follows.

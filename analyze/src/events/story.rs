@@ -247,18 +247,12 @@ impl Stories<'_> {
         let passed = |angle: f64| rotation.reached(angle + at_start_rad);
         let no_return = self.no_return(self.machine, rotation, tipping.start_ns);
         tipping.measured_rotation = Some(MeasuredRotation {
-            witness: rotation.witness(),
             other_edge: rotation.other_edge.clone(),
-            sigma_rad: rotation.spell.sigma,
             onset_in_log: !tipping.is_under_way,
             ten_degrees_ns: reached(super::TIP_OVER_RAD),
-            no_return_rad: None,
-            no_return_sigma_rad: None,
-            no_return_load_kg: None,
-            no_return_ns: None,
-            no_return_time_sigma_s: None,
             at_rest_ns: rotation.spell.at_rest_ns,
             rested_ns: rotation.spell.rested_ns.filter(|_| !is_by_loads),
+            ..MeasuredRotation::blank(rotation.witness(), rotation.spell.sigma)
         });
         // without an onset, nothing is known of the posture in which it began
         set_no_return(&mut tipping, rotation, no_return.filter(|_| is_dated));

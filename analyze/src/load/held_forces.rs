@@ -6,6 +6,7 @@ use tipwatch_mechanics::machine::{ForceSource, Machine};
 use tipwatch_mechanics::state::{NumberKind, Sensor, Sensors};
 
 use super::recording::Recording;
+use crate::base::rows::last_until;
 
 /// Time for which a sample holds, as a multiple of the median time between two.
 const HOLDS_PERIODS: f64 = 1.5;
@@ -84,10 +85,7 @@ impl HeldForces {
     pub(crate) fn at(&self, joint: usize, time_ns: i64) -> f64 {
         let held = || {
             let force = self.of_joint(joint)?;
-            let next = force
-                .samples
-                .partition_point(|(stamp, _)| *stamp <= time_ns);
-            let (stamp, value) = force.samples[next.checked_sub(1)?];
+            let &(stamp, value) = last_until(&force.samples, time_ns)?;
             let longest_ns = (HOLDS_PERIODS * force.period_ns as f64).min(LONGEST_NS);
             let is_young = (time_ns.saturating_sub(stamp) as f64) <= longest_ns;
             is_young.then_some(value)

@@ -157,12 +157,24 @@ fn series(recording: &SensorRecording, spec: &FieldSpec, clocks: &Clocks<'_>) ->
 
 /// Linear interpolation at a time; `None` in gaps and beyond the ends.
 pub(crate) fn at((stamps, values): &Series, stamp: i64) -> Option<f64> {
+    interpolated(stamps, values, stamp, LONGEST_GAP_NS)
+}
+
+/// The same of values in order of their stamps, with the longest gap (ns).
+pub(crate) fn interpolated(
+    stamps: &[i64],
+    values: &[f64],
+    stamp: i64,
+    longest_gap_ns: i64,
+) -> Option<f64> {
     let next = stamps.partition_point(|&s| s < stamp);
     if stamps.get(next) == Some(&stamp) {
         return values.get(next).copied();
     }
     let before = next.checked_sub(1)?;
-    let (a, b) = (stamps[before], *stamps.get(next)?);
-    let share = (stamp - a) as f64 / (b - a) as f64;
-    (b - a <= LONGEST_GAP_NS).then(|| values[before] + share * (values[next] - values[before]))
+    let gap_ns = stamps.get(next)?.saturating_sub(stamps[before]);
+    (gap_ns <= longest_gap_ns).then(|| {
+        let share = (stamp - stamps[before]) as f64 / gap_ns as f64;
+        values[before] + share * (values[next] - values[before])
+    })
 }

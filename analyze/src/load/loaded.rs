@@ -182,7 +182,7 @@ pub fn load_within(
         let topic = log.topic(sensor.request.topic).ok();
         Expected {
             messages: topic.and_then(|topic| topic.message_count).unwrap_or(0),
-            joints: joints_of(&bound.matched.sensors, sensor.sensor).map(<[usize]>::len),
+            joints: (bound.matched.sensors.joints_of(sensor.sensor)).map(<[usize]>::len),
         }
     });
     let mut samples = SampleStore::new(expected.collect(), most_in_memory);
@@ -201,7 +201,7 @@ pub fn load_within(
     {
         let topic = log.topic(topic)?;
         let is_used = place < used.len();
-        let joints = joints_of(&matched.sensors, sensor.sensor).map(<[usize]>::to_vec);
+        let joints = (matched.sensors.joints_of(sensor.sensor)).map(<[usize]>::to_vec);
         if estimator == Estimator::Smoother {
             recording.leave_out_filled_velocities()?;
         }
@@ -301,8 +301,8 @@ pub fn load_within(
 /// Returns the name that identifies a sensor among the others: its key, with the names of its joints or of its actuator.
 fn subject(sensor: Sensor, key: &str, sensors: &Sensors, machine: &Machine) -> String {
     match sensor {
-        Sensor::Joints(stream) if sensors.joints.len() > 1 => {
-            let joints = sensors.joints.get(stream).map_or(&[][..], |of| &of.joints);
+        Sensor::Joints(_) if sensors.joints.len() > 1 => {
+            let joints = sensors.joints_of(sensor).unwrap_or_default();
             let names = joints
                 .iter()
                 .map(|&joint| machine.joints()[joint].name.as_str());
@@ -326,18 +326,10 @@ fn subject(sensor: Sensor, key: &str, sensors: &Sensors, machine: &Machine) -> S
     }
 }
 
-/// The joints of a stream of joint states, in the order of its samples.
-fn joints_of(sensors: &Sensors, sensor: Sensor) -> Option<&[usize]> {
-    match sensor {
-        Sensor::Joints(stream) => Some(&sensors.joints.get(stream)?.joints),
-        _ => None,
-    }
-}
-
 /// The joints whose velocity a driver fills with zeros, as a sentence for each topic.
 fn filled_velocities(loaded: &LoadedLog) -> Vec<String> {
     let of_topic = |signal: &Signal| {
-        let joints = joints_of(&loaded.matched.sensors, signal.sensor)?;
+        let joints = loaded.matched.sensors.joints_of(signal.sensor)?;
         let name = |place: usize| Some(loaded.machine.joints()[*joints.get(place)?].name.as_str());
         let names: Vec<&str> = (signal.recording.filled_velocities())
             .filter_map(name)
@@ -365,7 +357,7 @@ fn held_values(loaded: &LoadedLog) -> Vec<String> {
         let rate = [held.period_ns, held.interval_ns].map(|ns| ns / 1_000_000);
         let of_topic = of_topics.entry(&signal.topic).or_default();
         let of_rate = of_topic.entry(rate).or_default();
-        match joints_of(&loaded.matched.sensors, signal.sensor) {
+        match loaded.matched.sensors.joints_of(signal.sensor) {
             Some(joints) => {
                 of_rate.extend(
                     joints

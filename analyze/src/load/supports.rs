@@ -13,6 +13,7 @@ use tipwatch_mechanics::machine::{
 };
 
 use crate::base::error_text::error_text;
+use crate::base::rows::last_until;
 
 /// Times (ns) from which on a status holds, rising; the first is `i64::MIN`.
 type Course = Vec<(i64, Status)>;
@@ -242,12 +243,9 @@ fn carrying(told: &Course, load: &Course) -> Course {
     let mut times: Vec<i64> = told.iter().chain(load).map(|(from, _)| *from).collect();
     times.sort_unstable();
     times.dedup();
-    let at = |course: &Course, time: i64| {
-        let next = course.partition_point(|(from, _)| *from <= time);
-        next.checked_sub(1).map(|place| course[place].1)
-    };
     let status = |time: i64| {
-        let [told, load] = [told, load].map(|of| at(of, time).unwrap_or(Status::Missing));
+        let at = |of: &Course| last_until(of, time).map_or(Status::Missing, |(_, status)| *status);
+        let [told, load] = [told, load].map(at);
         told.beside_load(load)
     };
     let mut course: Course = times.into_iter().map(|time| (time, status(time))).collect();

@@ -8,7 +8,7 @@ use tipwatch_mechanics::machine::LoadSensor;
 
 use super::LoadedLog;
 use super::held_forces::HeldForces;
-use super::linkage_force::{Clocks, Series, series_of};
+use super::linkage_force::{Clocks, Series, interpolated, series_of};
 use crate::base::error_text::error_text;
 
 /// A sample this close to a row (ns) is its value, however rare samples are.
@@ -71,21 +71,14 @@ impl MeasuredLoads {
     #[must_use]
     pub fn at(&self, sensor: usize, time_ns: i64) -> f64 {
         let (stamps, values) = &self.sensors[sensor].samples;
-        let next = stamps.partition_point(|&stamp| stamp < time_ns);
-        let near = |place: usize| stamps[place].abs_diff(time_ns);
-        let value = |place: Option<usize>| place.filter(|&place| place < stamps.len());
-        match (value(next.checked_sub(1)), value(Some(next))) {
-            (_, Some(next)) if stamps[next] == time_ns => values[next],
-            (Some(a), Some(b)) if stamps[b].saturating_sub(stamps[a]) <= self.longest_gap_ns => {
-                let share = near(a) as f64 / stamps[b].abs_diff(stamps[a]) as f64;
-                values[a] + share * (values[b] - values[a])
-            }
-            (a, b) => {
-                let nearest = a.into_iter().chain(b).min_by_key(|&place| near(place));
-                let nearest = nearest.filter(|&place| near(place) <= NEAR_NS.unsigned_abs());
-                nearest.map_or(f64::NAN, |place| values[place])
-            }
-        }
+        interpolated(stamps, values, time_ns, self.longest_gap_ns).unwrap_or_else(|| {
+            let next = stamps.partition_point(|&stamp| stamp < time_ns);
+            let beside = next.saturating_sub(1)..stamps.len().min(next + 1);
+            let near = |place: &usize| stamps[*place].abs_diff(time_ns);
+            let nearest = beside.min_by_key(near);
+            let nearest = nearest.filter(|place| near(place) <= NEAR_NS.unsigned_abs());
+            nearest.map_or(f64::NAN, |place| values[place])
+        })
     }
 
     /// Whether no load is measured.

@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use tipwatch_ingest::{ClipRequest, Log, MetadataRecord, write_clips};
 
 use crate::analysis::Analysis;
 use crate::base::clip::{Clip, ClipEvent, END_KEY, ORIGIN, START_KEY};
 use crate::base::file_hash::{FileHash, hash_file};
+use crate::base::files::make_folder;
 use crate::events::{Event, EventKind};
 
 /// Folder of the clips, in the output folder.
@@ -61,8 +62,7 @@ pub fn cut(
         analysis.clips = Some(Vec::new());
         return Ok(());
     }
-    fs::create_dir_all(&clips)
-        .with_context(|| format!("{}: cannot be created", clips.display()))?;
+    make_folder(&clips)?;
     let requests: Vec<ClipRequest> = (spans.iter().enumerate())
         .map(|(index, span)| ClipRequest {
             path: clips.join(name(index, span)),
@@ -123,21 +123,9 @@ fn joined(mut spans: Vec<Span<'_>>) -> Vec<Span<'_>> {
 /// The gravest of its events names a clip.
 fn name(index: usize, span: &Span<'_>) -> String {
     let kinds = span.events.iter().map(|event| event.kind);
-    let gravest = kinds.max_by_key(|kind| gravity(*kind));
+    let gravest = kinds.min_by_key(|kind| kind.rank());
     let kind = gravest.map_or("", EventKind::name);
     format!("{:04}_{kind}.mcap", index + 1)
-}
-
-fn gravity(kind: EventKind) -> u8 {
-    match kind {
-        EventKind::InputFault => 0,
-        EventKind::InputGap => 1,
-        EventKind::LiftNotExcluded => 2,
-        EventKind::WheelLight => 3,
-        EventKind::WheelLift => 4,
-        EventKind::EdgeTipping => 5,
-        EventKind::TipOver => 6,
-    }
 }
 
 /// Returns the record of where a clip comes from.

@@ -6,14 +6,13 @@ pub mod differences;
 mod options;
 mod sinks;
 
-use std::fs;
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 
 use crate::analysis::Analysis;
 use crate::analysis::run::{Prepared, RowSink};
-use crate::base::files::write_atomically;
+use crate::base::files::{make_folder, write_atomically};
 use crate::base::options::Precision;
 use crate::events::Event;
 use crate::policy::Judgement;
@@ -165,7 +164,7 @@ pub fn write_pdf(analysis: &Analysis, sketch: Option<&Sketch>, folder: &Path) ->
         Some(sketch) => report::render_sketch_as_pdf(analysis, sketch)?,
         None => report::render_pdf(analysis)?,
     };
-    fs::write(&path, bytes).with_context(|| format!("{}: cannot be written", path.display()))
+    write_atomically(&path, &bytes)
 }
 
 /// Writes the judgement of a policy: `policy.json`. A log that could not be analysed has nothing else.
@@ -173,8 +172,6 @@ pub fn write_pdf(analysis: &Analysis, sketch: Option<&Sketch>, folder: &Path) ->
 /// # Errors
 /// The file cannot be written.
 pub fn write_judgement(judgement: &Judgement, folder: &Path) -> Result<()> {
-    fs::create_dir_all(folder)
-        .with_context(|| format!("{}: cannot be created", folder.display()))?;
     let text = serde_json::to_string_pretty(judgement)?;
     write_text(&folder.join(JUDGEMENT), &text)
 }
@@ -189,8 +186,7 @@ impl WhatIf {
     /// # Errors
     /// A file cannot be written.
     pub fn write(&self, folder: &Path) -> Result<()> {
-        fs::create_dir_all(folder)
-            .with_context(|| format!("{}: cannot be created", folder.display()))?;
+        make_folder(folder)?;
         let table = suspension::table::table(self);
         let path = folder.join("whatif.parquet");
         parquet::write(&table, &self.analysis.provenance, &path)?;
@@ -199,9 +195,7 @@ impl WhatIf {
             ("summary.json", summary),
             ("report.html", report::render_what_if(self)),
         ] {
-            let path = folder.join(name);
-            fs::write(&path, text)
-                .with_context(|| format!("{}: cannot be written", path.display()))?;
+            write_text(&folder.join(name), &text)?;
         }
         Ok(())
     }

@@ -1,6 +1,5 @@
 //! Sinks for the rows of an analysis while they are computed: the table of samples, the report's sketch, and the derived log.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -10,7 +9,7 @@ use tipwatch_mechanics::machine::Machine;
 
 use super::options::{DERIVED, OutputOptions, Outputs, SAMPLES};
 use crate::analysis::run::{Prepared, RowSink};
-use crate::base::files::unfinished_in;
+use crate::base::files::{make_folder, unfinished_in};
 use crate::base::options::Precision;
 use crate::base::provenance::Provenance;
 use crate::base::rows::Rows;
@@ -41,8 +40,7 @@ impl Sinks {
     /// # Errors
     /// The folder or a file in it cannot be created.
     pub fn begin(prepared: &Prepared<'_>, folder: &Path, options: OutputOptions) -> Result<Self> {
-        fs::create_dir_all(folder)
-            .with_context(|| format!("{}: cannot be created", folder.display()))?;
+        make_folder(folder)?;
         let samples = SamplesFile {
             machine: prepared.machine.clone(),
             folder: folder.into(),

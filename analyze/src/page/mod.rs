@@ -20,5 +20,5 @@ pub(crate) use glossary::glossary;
 
 pub(crate) use crate::base::number::{
     band, capital, input_in_words, logs, number, or_dash, percent, probability, readable, short,
-    time, with_band, with_unit,
+    time, with_sure_band, with_unit,
 };

@@ -7,15 +7,16 @@ use serde::{Deserialize, Serialize};
 use tipwatch_ingest::{Losses, LostRange};
 use tipwatch_language::say;
 use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::number::SURE_SIGMAS;
 
 use crate::analysis::calendar::Calendar;
 use crate::analysis::digest::WheelDigest;
 use crate::analysis::{Analysis, Coverage, Undecided};
 use crate::base::built::built;
+use crate::base::frame::record;
 use crate::base::number::known;
 use crate::base::shared::Shared;
 use crate::events::{Event, EventKind, Finding, Turning};
-use crate::tables::frame::record;
 
 pub use crate::analysis::margin::{
     EXPOSURE_CAUSES, Exposure, HISTOGRAM_EDGES, Moment, WorstMargin,
@@ -110,7 +111,7 @@ pub(super) const QUANTITIES: [Quantity; 10] = [
     // the same minus two standard deviations
     ("worst_margin_low", |facts| {
         let worst = facts.worst.as_ref()?;
-        Some(worst.margin - 2.0 * worst.sigma?)
+        Some(worst.margin - SURE_SIGMAS * worst.sigma?)
     }),
     // smallest OTF of the valid rows (N)
     ("least_otf_n", |facts| {

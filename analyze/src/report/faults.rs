@@ -14,6 +14,9 @@ const SPECIFIC_FORCE: &str = ".specific_force";
 /// Beginning of the names of joints.
 const JOINTS: &str = "joint_states.";
 
+/// Ending of the names of forces that are compared with the required ones.
+const REQUIRED_FORCE: &str = " against masses and joints";
+
 /// The fault and its size, the number of samples, and the effect on the loads.
 pub(super) fn evidence(event: &Event, fault: &InputFault) -> Vec<String> {
     let limit = fault.limit.map_or(String::new(), |limit| {
@@ -64,6 +67,10 @@ pub(super) fn evidence(event: &Event, fault: &InputFault) -> Vec<String> {
                      ratio against sound sensors: {} (counts from {} on)",
                     number(event.worst),
                     fault.limit.map_or(word!("any").into(), number)
+                ),
+                _ if event.subject.ends_with(REQUIRED_FORCE) => say!(
+                    "Measured force and the force that masses and motion require differ: {worst}. The force, a position, a mass or a \
+                     load is wrong, or the arm rests on something"
                 ),
                 _ => say!(
                     "The signals contradict each other; which one is wrong is unknown: {worst}"

@@ -6,7 +6,7 @@ use crate::analysis::Analysis;
 use crate::analysis::digest::OtfBand;
 use crate::events::EventKind;
 use crate::events::support_words::SupportWord;
-use crate::page::with_band;
+use crate::page::with_sure_band;
 
 /// The wheels whose band reaches below a bound (N) by wheel in a valid row, or while the machine tips and does not tip over, the
 /// lowest first.
@@ -51,7 +51,7 @@ fn in_words(analysis: &Analysis, (wheel, band): (usize, OtfBand)) -> String {
     say!(
         "{}: {} N at t = {:.2} s",
         SupportWord::named(&analysis.machine.wheels()[wheel]),
-        with_band(band.otf_n, 2.0 * band.sigma_n),
+        with_sure_band(band.otf_n, band.sigma_n),
         analysis.rows.seconds(band.row)
     )
 }

@@ -6,7 +6,7 @@ use tipwatch_language::{say, word};
 use crate::analysis::Analysis;
 use crate::analysis::measured_loads::{Contradiction, TOTAL};
 use crate::events::Finding;
-use crate::page::{number, table_of, with_band};
+use crate::page::{number, table_of, with_sure_band};
 
 /// The comparison by load sensor; `None` without one in the log.
 pub(super) fn section(analysis: &Analysis) -> Option<Markup> {
@@ -58,7 +58,7 @@ fn finding(analysis: &Analysis, span: &Contradiction) -> Finding {
         "From t = {:.2} to {:.2} s {what} is {} N {} than computed",
         seconds(span.start_ns),
         seconds(span.end_ns),
-        with_band(span.difference_n.abs(), 2.0 * span.sigma_n),
+        with_sure_band(span.difference_n.abs(), span.sigma_n),
         if span.difference_n < 0.0 {
             word!("less")
         } else {

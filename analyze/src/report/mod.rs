@@ -32,7 +32,7 @@ pub use findings::{BANDS, doubts, findings, main_findings};
 pub use log_report::{render, render_pdf, render_sketch, render_sketch_as_pdf};
 pub(crate) use log_report::{render_beside, shared_library};
 pub(crate) use parameter_words::uncertainty_in_words;
-pub(crate) use sheet::drawn_machine;
+pub(crate) use sheet::drawn_machines;
 pub use sheet::{doubted, story};
 pub(crate) use sketch::LateSketch;
 pub use sketch::{Sketch, SketchPass};

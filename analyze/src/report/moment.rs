@@ -10,7 +10,7 @@ use tipwatch_language::{say, word};
 use tipwatch_mechanics::{Placement, Quantity, State};
 
 use super::area::Area;
-use super::findings::{Scene, importance, led_to};
+use super::findings::{Scene, led_to};
 use super::{machine_view, sheet};
 use crate::analysis::Analysis;
 use crate::base::rows::Rows;
@@ -182,7 +182,7 @@ impl Moments {
         let mut important: Vec<&Event> = (analysis.events.iter())
             .filter(|event| event.kind.is_observed())
             .collect();
-        important.sort_by_key(|event| importance(event));
+        important.sort_by_key(|event| event.importance());
         important.truncate(MOST_EVENTS);
         let mut shown = spread.indices.clone();
         shown.extend(important.iter().map(|event| rows.at(shown_ns(event))));

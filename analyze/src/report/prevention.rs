@@ -14,7 +14,7 @@ use crate::base::number::number;
 use crate::base::options::ModelKind;
 use crate::events::support_words::SupportWord;
 use crate::events::{Answer, Event, Finding};
-use crate::page::{Bar, bars, list, probability, readable, short, table, whole, with_band};
+use crate::page::{Bar, bars, list, probability, readable, short, table, whole, with_sure_band};
 
 /// Most changes shown in the chart and the table.
 const MOST_SHOWN: usize = 8;
@@ -363,7 +363,7 @@ fn others_least(advice: &Advice, change: &SimulatedChange) -> f64 {
 /// Its smallest OTF (N) with its band.
 fn least_otf(change: &SimulatedChange) -> String {
     let otf_n = change.least_otf_n;
-    (change.otf_sigma_n).map_or_else(|| number(otf_n), |sigma_n| with_band(otf_n, 2.0 * sigma_n))
+    (change.otf_sigma_n).map_or_else(|| number(otf_n), |sigma_n| with_sure_band(otf_n, sigma_n))
 }
 
 fn from_to(of: BeforeAfter, unit: &str) -> String {

@@ -12,7 +12,7 @@ use crate::analysis::Analysis;
 use crate::analysis::advice::{Change, GroundSlope, Hypothesis, Question, moves_arm_alone};
 use crate::analysis::standing_rows::StandingRows;
 use crate::events::{Event, EventKind, Reply};
-use crate::page::{json_script, number, probability, with_band};
+use crate::page::{json_script, number, probability, with_sure_band};
 
 /// Reach of the sliders of a joint (rad or m).
 const JOINT_REACH: f64 = 0.5;
@@ -344,7 +344,7 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
 fn simulated_in_words(of: &Slider) -> String {
     let others = of.simulated.iter().filter(|it| it.at != of.logged);
     let one = |it: &Simulated| {
-        let with = |sigma_n: f64| with_band(it.otf_n, 2.0 * sigma_n);
+        let with = |sigma_n: f64| with_sure_band(it.otf_n, sigma_n);
         let otf = it.sigma_n.map_or_else(|| number(it.otf_n), with);
         let chance = it.probability.map_or(word!("unknown").into(), probability);
         say!("{} {}: {otf} N, chance {chance}", number(it.at), of.unit)

@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 use tipwatch_language::{decimals, say, word};
 
-use super::findings::{Scene, importance, led_to};
+use super::findings::{Scene, led_to};
 use crate::analysis::calendar::Calendar;
 use crate::analysis::{Analysis, Input};
 use crate::base::file_hash::FileHash;
@@ -30,7 +30,7 @@ pub(super) fn events(analysis: &Analysis, most: usize) -> Markup {
         .collect();
     let mut listed = stories.clone();
     if listed.len() > most {
-        listed.sort_by_key(|event| importance(event));
+        listed.sort_by_key(|event| event.importance());
         listed.truncate(most);
         listed.sort_by_key(|event| event.start_ns);
     }

@@ -8,7 +8,7 @@ use crate::analysis::unstated_load::{ExplainedFall, Explanation, LoadEstimates, 
 use crate::base::number::{number, readable};
 use crate::events::support_words::{SupportWord, edge_word};
 use crate::events::{Event, Finding, LEAST_OF_A_FACT, ShownBy};
-use crate::page::{probability, short, table, with_band};
+use crate::page::{probability, short, table, with_sure_band};
 
 /// Explanations that are less probable are not listed.
 const LEAST_PROBABILITY: f64 = 1e-3;
@@ -343,7 +343,7 @@ fn amounts(explanation: &Explanation) -> String {
         } else {
             amount.value
         };
-        let value = with_band(size, 2.0 * amount.sigma);
+        let value = with_sure_band(size, amount.sigma);
         let less = if is_missing {
             word!(" less than stated")
         } else {

@@ -22,7 +22,7 @@ use super::store::Store;
 use super::totals::Totals;
 use super::{data_set, page};
 use crate::base::file_hash::hash_file;
-use crate::base::files::write_atomically;
+use crate::base::files::{make_folder, write_atomically};
 use crate::policy::Judgement;
 
 /// Builds data set and page from the records of a place.
@@ -375,8 +375,7 @@ pub(super) fn lock(place: &Place, is_shared: bool) -> Result<Option<File>> {
         return Ok(None);
     };
     let state = folder.join("state");
-    fs::create_dir_all(&state)
-        .with_context(|| format!("{}: cannot be created", state.display()))?;
+    make_folder(&state)?;
     let path = state.join("lock");
     let file = File::options()
         .create(true)

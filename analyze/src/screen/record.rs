@@ -5,9 +5,9 @@ use tipwatch_binding::sha256;
 
 use super::failure::FailureKind;
 use crate::analysis::calendar::YEARS_NS;
+use crate::base::frame::Day;
 use crate::base::shared::{Pool, Shared};
 use crate::policy::facts::{EventFacts, LogFacts};
-use crate::tables::frame::Day;
 
 /// Version of the document.
 pub(super) const RECORD_SCHEMA: u32 = 6;

@@ -2,7 +2,6 @@
 
 pub(crate) mod derived;
 pub mod events;
-pub mod frame;
 pub mod parquet;
 pub mod samples;
 pub mod states;

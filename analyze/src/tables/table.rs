@@ -9,7 +9,7 @@ use polars::prelude::{
 
 pub use polars::prelude::AnyValue as Value;
 
-use super::frame::Field;
+use crate::base::frame::Field;
 use crate::base::options::Precision;
 
 /// A table, or a block of rows of one.

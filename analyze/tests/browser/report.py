@@ -89,6 +89,7 @@ def check(browser, page):
         print("dragging turns the bodies")
     sliders(browser)
     collisions(browser)
+    whole_sheet(browser)
     accessible(browser)
     for width in WIDTHS:
         overflow(browser, width)
@@ -156,6 +157,18 @@ def collisions(browser):
             .map(([other]) => (svg.id || svg.getAttribute('aria-label')) + ': ' + name + ' / ' + other)); })""")
     assert not found, found
     print("no labels collide")
+
+
+def whole_sheet(browser):
+    """Every cell of the summary is there for pictures and copies of the whole page, however small the window."""
+    browser.ask("Emulation.setDeviceMetricsOverride", width=420, height=300, deviceScaleFactor=1, mobile=True)
+    time.sleep(0.5)
+    missing = browser.run("""(() => { const sheet = document.querySelector('.sheet'), flat = text => text.replace(/\\s+/g, '');
+        const seen = flat(sheet.innerText);
+        return [...sheet.querySelectorAll('td, th')].map(cell => flat(cell.textContent)).filter(cell => !seen.includes(cell)); })()""")
+    browser.ask("Emulation.clearDeviceMetricsOverride")
+    assert not missing, f"not drawn in the summary: {missing}"
+    print("nothing of the summary waits to be scrolled to")
 
 
 def overflow(browser, width):

@@ -31,6 +31,8 @@ pub const ACKNOWLEDGED_SIGNALS_FIELDS: [&str; 2] =
     ["acknowledged_signals_low", "acknowledged_signals_high"];
 /// Field of the verdicts with the signals that are doubted since they failed visibly, as bits.
 pub const DOUBTED_FIELD: &str = "doubted";
+/// The largest number up to which a field holds every integer: lower bits of one above it are lost.
+const MOST_EXACT: f64 = (1_u64 << f64::MANTISSA_DIGITS) as f64;
 /// Name of the topic on which the monitor describes itself and the state with which its session begins.
 pub const PROGRAM: &str = "/tipwatch/program";
 /// Type of its messages.
@@ -38,7 +40,7 @@ pub const PROGRAM_TYPE_NAME: &str = "tipwatch_msgs/msg/Program";
 /// Field with the number of signals that the session begins by doubting. Earlier recordings lack it and the following ones.
 pub const DOUBTED_COUNT_FIELD: &str = "doubted_count";
 /// Lists of that many numbers: the signals, the size of the error of each, and the part of the error that motion may explain.
-/// Of a joint that is not measured any more the latter is its velocity.
+/// Of a joint that is not measured any more the latter is its velocity; see [`SignalDoubt`].
 pub const DOUBTED_FIELDS: [&str; 3] =
     ["doubted_signals", "doubted_by", "doubted_velocity_or_moved"];
 /// Name of the last list in earlier recordings, whose velocities have no sign.
@@ -178,19 +180,28 @@ pub fn trusted_signals(log: &Log) -> Result<Vec<(i64, Proofs)>, Error> {
     Ok(trusted.filter(|(_, signals)| !signals.is_empty()).collect())
 }
 
-/// The times of the rows in which the monitor doubted a signal that failed visibly; none if the log is not from the monitor's
-/// recorder, or from an earlier version of it. That the housing of the IMU may have turned doubts no row.
+/// The times of the rows in which the monitor doubted a signal with whose doubt its session began, but for the doubts that doubt no
+/// row; none if the log is not from the monitor's recorder, or from an earlier version of it.
 ///
 /// # Errors
 /// The log cannot be read.
-pub fn doubted_rows(log: &Log) -> Result<Vec<i64>, Error> {
+pub fn doubted_rows(log: &Log, inherited: &[SignalDoubt]) -> Result<Vec<i64>, Error> {
+    let failed = inherited.iter().filter(|it| it.disputed().is_empty());
+    let failed: Proofs = failed.map(|doubt| doubt.signal).collect();
+    if failed.is_empty() {
+        return Ok(Vec::new());
+    }
     let Some([event, doubted]) = known_columns(log, ["event", DOUBTED_FIELD])? else {
         return Ok(Vec::new());
     };
-    let turned: Proofs = [Proof::AngularVelocity].into_iter().collect();
-    let doubts_none = [0.0, turned.bits() as f64];
     let is_doubted = |at: &usize| {
-        event.values[*at] == f64::from(EVENT_ROW) && !doubts_none.contains(&doubted.values[*at])
+        let doubted = doubted.values[*at];
+        let is_of_these = || {
+            !Proofs::from_bits(doubted as u64)
+                .shared_with(failed)
+                .is_empty()
+        };
+        event.values[*at] == f64::from(EVENT_ROW) && (doubted > MOST_EXACT || is_of_these())
     };
     let rows = (0..event.values.len()).filter(is_doubted);
     Ok(rows.map(|at| event.stamps_ns[at]).collect())

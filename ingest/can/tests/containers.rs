@@ -331,6 +331,18 @@ fn what_candump_prints_between_frames_is_no_frame() {
 }
 
 #[test]
+fn frames_of_can_xl_in_asc_are_left_out_with_a_note() {
+    let text = "base hex  timestamps absolute\n0.01 1  101 Rx d 2 01 02\n0.02 CANXL 1 Rx 1 2 3\n0.03 1  101 Rx d 2 01 02\n";
+    let mut source = Container::open(Cursor::new(text)).unwrap();
+    let (mut frame, mut count) = (Frame::default(), 0);
+    while source.next_frame(&mut frame).unwrap() {
+        count += 1;
+    }
+    assert_eq!(count, 2);
+    assert_eq!((source.lost().len(), source.notes().len()), (0, 1));
+}
+
+#[test]
 fn frames_of_can_xl_are_left_out_and_lost_lines_have_their_number() {
     let xl = "(1700000000.2) can0 45123#81:00:12345678#1122\n(1700000000.3)  can0  TX - -  45123###81:00:12345678  [0002]  11 22\n";
     let text = format!(

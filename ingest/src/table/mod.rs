@@ -10,8 +10,9 @@ pub use self::options::{DateOrder, TableOptions, TimeUnit};
 pub(crate) use self::{
     date::is_ambiguous,
     layout::{BySignal, Refusal, TextTable, join_blanks, signal_and_value},
-    number::{Mark, decimal_mark, grouped_once, number},
+    number::{Mark, decimal_mark, grouped_once, number, with_unit},
     time::{
-        DaysPassed, Kind, TableHead, TimeSource, find, from_float, is_name_of_time, is_same_column,
+        CounterTurns, DaysPassed, Kind, TableHead, TimeSource, find, from_float, is_name_of_time,
+        is_same_column,
     },
 };

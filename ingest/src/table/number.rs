@@ -20,6 +20,34 @@ pub(crate) fn number(cell: &str, has_decimal_comma: bool) -> Option<f64> {
     number.is_finite().then_some(number)
 }
 
+/// The number of a cell and the unit behind it: `12.3 deg`, `45°`. Digits of hexadecimal numbers and exponents are no units.
+pub(crate) fn with_unit(cell: &str, has_decimal_comma: bool) -> Option<(f64, &str)> {
+    const MOST_CHARACTERS: usize = 12;
+    let is_mark = |c: char| matches!(c, '°' | '%' | '/' | '²' | '³' | '^' | '·' | '2' | '3');
+    let is_of_unit = |c: char| c.is_alphabetic() || is_mark(c);
+    let is_first = |c: char| c.is_alphabetic() || matches!(c, '°' | '%');
+    let cell = cell.trim();
+    let (before, unit) = match cell.rsplit_once([' ', '\u{a0}', '\u{202f}']) {
+        Some(parts) => parts,
+        None => {
+            let (before, unit) = cell.split_at(cell.find(is_first)?);
+            let is_of_number = |c: char| c.is_ascii_hexdigit() || matches!(c, 'x' | 'X');
+            if unit.chars().all(is_of_number) {
+                return None;
+            }
+            (before, unit)
+        }
+    };
+    let is_unit = unit.starts_with(is_first)
+        && unit.chars().all(is_of_unit)
+        && unit.chars().count() <= MOST_CHARACTERS;
+    // the mark of such a number may stand between groups of digits, which no other cell tells
+    let is_unclear =
+        grouped_once(before).is_some_and(|(_, mark)| has_decimal_comma || mark == Mark::Comma);
+    let found = number(before, has_decimal_comma).filter(|_| is_unit && !is_unclear);
+    found.map(|number| (number, unit))
+}
+
 /// A number with a point where a comma may stand for it, and without marks between groups of three digits where they can be
 /// nothing else: a mark beside the decimal one, several marks, an apostrophe or a narrow blank.
 pub(super) fn with_point(text: &str, has_decimal_comma: bool) -> Cow<'_, str> {
@@ -110,7 +138,33 @@ fn is_grouped(first: &str, following: &[&str]) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::{Mark, decimal_mark, number};
+    use super::{Mark, decimal_mark, number, with_unit};
+
+    #[test]
+    fn a_unit_may_stand_behind_a_number() {
+        for (cell, found) in [
+            ("12.3 deg", Some((12.3, "deg"))),
+            ("-0.4 m/s", Some((-0.4, "m/s"))),
+            ("9.81 m/s^2", Some((9.81, "m/s^2"))),
+            ("1.5e-3 rad", Some((1.5e-3, "rad"))),
+            ("45°", Some((45.0, "°"))),
+            ("10deg", Some((10.0, "deg"))),
+            ("80 %", Some((80.0, "%"))),
+            ("0x1F", None),
+            ("1F", None),
+            ("1.5e-3m", None),
+            ("5 of 10", None),
+            ("12-Mar", None),
+            ("1.2.3", None),
+            ("1,002 kg", None),
+            ("deg", None),
+            ("12 ", None),
+        ] {
+            assert_eq!(with_unit(cell, false), found, "{cell}");
+        }
+        assert_eq!(with_unit("1,5 deg", true), Some((1.5, "deg")));
+        assert_eq!(with_unit("1.002 kg", true), None);
+    }
 
     #[test]
     fn a_mark_that_may_stand_between_groups_of_digits_tells_nothing_of_decimals() {

@@ -569,6 +569,13 @@ fn choose(
         };
     }
     match of_epoch {
+        Some(unit) if plain(name(first)).contains("gps") => Ok(source(
+            Kind::of(unit),
+            Some(say!(
+                "time: {called}, in {unit} since 1970 by the size of its numbers; if they count from 6 January 1980, as GPS does, dates \
+                 are ten years too early"
+            )),
+        )),
         Some(unit) => Ok(source(
             Kind::of(unit),
             Some(say!(
@@ -688,6 +695,54 @@ impl DaysPassed {
         self.days += i64::from(self.last.is_some_and(fell));
         self.last = Some(time_of_day_ns);
         time_of_day_ns.saturating_add(self.days.saturating_mul(DAY_NS))
+    }
+}
+
+/// Times that fall back and go on: counters that begin again at 0 (of 16 or 32 bits, the seconds of a day or of a GPS week), and
+/// local times at the end of summer time.
+#[derive(Debug, Default)]
+pub(crate) struct CounterTurns {
+    last: Option<i64>,
+    /// The last two steps of the time forwards (ns): one alone may be that of a wrong time.
+    steps: [i64; 2],
+    passed_ns: i64,
+}
+
+impl CounterTurns {
+    /// The next time (ns), with what it fell back before, and whether it falls back now: by what its counter holds or by an hour,
+    /// but for some steps. A recorder that starts again falls by another time.
+    pub(crate) fn after(&mut self, time_ns: i64, kind: Kind) -> (i64, bool) {
+        const MOST_STEPS: i64 = 4;
+        const HOUR_NS: i64 = 3600 * NS_PER_S;
+        let last = self.last.replace(time_ns).unwrap_or(time_ns);
+        let step = time_ns.saturating_sub(last);
+        let mut turn = None;
+        if step > 0 {
+            self.steps = [self.steps[1], step];
+        } else if step < 0 {
+            let usual = self.steps[0].min(self.steps[1]);
+            let steps = 1..=usual.saturating_mul(MOST_STEPS);
+            let is_turn = |turn: &i64| steps.contains(&step.saturating_add(*turn));
+            turn = match kind {
+                Kind::Multiples(unit_ns) => {
+                    let [of_16, of_32] = [16, 32].map(|bits: u32| 1_i64 << bits);
+                    let holds = [
+                        unit_ns.saturating_mul(of_16),
+                        unit_ns.saturating_mul(of_32),
+                        1_000_000 * of_16,
+                        1_000_000 * of_32,
+                        1000 * of_32,
+                        DAY_NS,
+                        7 * DAY_NS,
+                    ];
+                    let is_counted = |turn: &i64| time_ns >= 0 && last < *turn && is_turn(turn);
+                    holds.into_iter().find(is_counted)
+                }
+                _ => Some(HOUR_NS).filter(is_turn),
+            };
+        }
+        self.passed_ns = self.passed_ns.saturating_add(turn.unwrap_or(0));
+        (time_ns.saturating_add(self.passed_ns), turn.is_some())
     }
 }
 

@@ -11,7 +11,8 @@ use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::mem::ManuallyDrop;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr;
-use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, MutexGuard, TryLockError};
 use std::time::Duration;
 
 use tipwatch_live::node::ServiceAddress;
@@ -51,14 +52,58 @@ impl Opened {
 }
 
 /// The clients that are open in any thread, by their numbers.
-static NUMBERS: Mutex<Numbers> = Mutex::new(Numbers {
-    last: 0,
-    open: Vec::new(),
-});
+static NUMBERS: Numbers = Numbers::none();
 
+/// Numbers of clients. In the child of a fork another thread may hold the lock for good: nothing waits for it. A client that is not
+/// listed works all the same; without the list, nobody can tell a closed client from one of another thread.
 struct Numbers {
-    last: usize,
-    open: Vec<usize>,
+    last: AtomicUsize,
+    open: Mutex<Vec<usize>>,
+}
+
+/// Number of tries before the list counts as held for good.
+const TRIES: usize = 1000;
+
+impl Numbers {
+    const fn none() -> Self {
+        Self {
+            last: AtomicUsize::new(0),
+            open: Mutex::new(Vec::new()),
+        }
+    }
+
+    /// Returns the number of a client that is open from now on.
+    fn begin(&self) -> usize {
+        let number = self.last.fetch_add(1, Ordering::Relaxed) + 1;
+        if let Some(mut open) = self.open() {
+            open.push(number);
+        }
+        number
+    }
+
+    /// A client is closed.
+    fn end(&self, number: usize) {
+        if let Some(mut open) = self.open() {
+            open.retain(|open| *open != number);
+        }
+    }
+
+    /// Whether a client may be open.
+    fn may_be_open(&self, number: usize) -> bool {
+        self.open().is_none_or(|open| open.contains(&number))
+    }
+
+    /// The open clients, unless another thread holds the list: for a moment, or, in the child of a fork, for good.
+    fn open(&self) -> Option<MutexGuard<'_, Vec<usize>>> {
+        (0..TRIES).find_map(|_| match self.open.try_lock() {
+            Ok(open) => Some(open),
+            Err(TryLockError::Poisoned(open)) => Some(open.into_inner()),
+            Err(TryLockError::WouldBlock) => {
+                std::thread::yield_now();
+                None
+            }
+        })
+    }
 }
 
 thread_local! {
@@ -75,34 +120,9 @@ fn with_clients<R>(call: impl FnOnce(&mut Clients) -> R) -> R {
     CLIENTS.with(|clients| call(&mut clients.borrow_mut()))
 }
 
-fn numbers() -> MutexGuard<'static, Numbers> {
-    NUMBERS.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// Tries to lock [`NUMBERS`] before they count as held for good.
-const TRIES: usize = 1000;
-
-/// Returns the numbers, unless another thread holds them: for a moment, or, in the child of a fork, for good.
-fn numbers_if_free() -> Option<MutexGuard<'static, Numbers>> {
-    (0..TRIES).find_map(|_| match NUMBERS.try_lock() {
-        Ok(numbers) => Some(numbers),
-        Err(TryLockError::Poisoned(numbers)) => Some(numbers.into_inner()),
-        Err(TryLockError::WouldBlock) => {
-            std::thread::yield_now();
-            None
-        }
-    })
-}
-
 /// The address of a client of this thread that is open from now on.
 fn opened(opened: Opened) -> *mut Handle {
-    let number = {
-        let mut numbers = numbers();
-        numbers.last += 1;
-        let number = numbers.last;
-        numbers.open.push(number);
-        number
-    };
+    let number = NUMBERS.begin();
     with_clients(|clients| clients.insert(number, ManuallyDrop::new(opened)));
     ptr::without_provenance_mut(number)
 }
@@ -120,7 +140,7 @@ fn own(clients: &mut Clients, number: usize) -> Result<&mut Opened, Failure> {
 fn no_client(number: usize) -> Failure {
     let kind = match number {
         0 => Kind::Argument,
-        _ if numbers_if_free().is_none_or(|numbers| numbers.open.contains(&number)) => Kind::Thread,
+        _ if NUMBERS.may_be_open(number) => Kind::Thread,
         _ => Kind::Closed,
     };
     Failure::new(kind, "")
@@ -178,7 +198,7 @@ pub extern "C" fn tipwatch_client_close(client: *mut Handle) -> c_int {
             }
             found.ok_or_else(|| no_client(number))
         })?;
-        numbers().open.retain(|open| *open != number);
+        NUMBERS.end(number);
         drop(ManuallyDrop::into_inner(found));
         Ok(())
     };
@@ -413,6 +433,23 @@ mod tests {
             assert!(!CStr::from_ptr(tipwatch_client_error(handle)).is_empty());
         }
         assert_eq!(tipwatch_client_close(handle), 0);
+    }
+
+    /// As in the child of a fork, whose parent's other thread held the list: that thread does not exist there.
+    #[test]
+    fn nothing_waits_for_a_list_of_clients_that_is_held_for_good() {
+        let numbers = Numbers::none();
+        let first = numbers.begin();
+        let held = numbers.open.lock().unwrap();
+        let second = numbers.begin();
+        assert_ne!(first, second);
+        assert!(numbers.may_be_open(first) && numbers.may_be_open(second));
+        numbers.end(first);
+        drop(held);
+        // it was not listed as closed
+        assert!(numbers.may_be_open(first) && !numbers.may_be_open(second));
+        numbers.end(first);
+        assert!(!numbers.may_be_open(first));
     }
 
     #[test]

@@ -7,9 +7,10 @@
 //! but letters, digits and `_.-` stands as `%` and two hexadecimal digits.
 //!
 //! BY is 0 of a joint that stopped to be measured; MOVED is its velocity then (rad/s or m/s). MOVED is `inf` where the lean of the platform
-//! has contradicted that the joint stood still: that doubt stands beside another one of the same joint.
+//! has contradicted that the joint stood still, and `-inf` where the joint does not show what its controller asks: those doubts stand
+//! beside another one of the same joint.
 //!
-//! Of the specific force there are two doubts: that it stepped (MOVED is what of a step does no harm), and that its mean length is
+//! Of the specific force there are two doubts: that it stepped (MOVED is the step that does no harm), and that its mean length is
 //! impossible (MOVED is 0). Of the angular velocity of an IMU, BY is by how much its heading jumped: its housing may have turned.
 
 use std::fmt::{self, Write};
@@ -117,14 +118,15 @@ pub struct DoubtedSignal {
 }
 
 impl DoubtedSignal {
-    /// Whether both are the same doubt of a signal: that it is off, that it stopped, that its standstill was contradicted, or that the
-    /// mean length of the specific force is impossible.
+    /// Whether both are the same doubt of a signal: that it is off, that it stopped, that its standstill was contradicted, that it does
+    /// not show what is asked, or that the mean length of the specific force is impossible.
     #[must_use]
     pub fn is_alike(&self, other: &Self) -> bool {
         let is_of_force = self.name.bytes() == Proof::SpecificForce.stem().as_bytes();
         let kind = |it: &Self| {
             let is_of_length = is_of_force && it.moved == 0.0;
-            (it.by == 0.0, it.moved.is_infinite(), is_of_length)
+            let of_standstill = [f64::INFINITY, f64::NEG_INFINITY].map(|moved| it.moved == moved);
+            (it.by == 0.0, of_standstill, is_of_length)
         };
         self.name == other.name && kind(self) == kind(other)
     }
@@ -175,7 +177,7 @@ impl FromStr for DoubtedSignal {
             is_valid(number).then_some(number).ok_or(Damaged)
         };
         let by = number(by, &f64::is_finite)?;
-        let may_move = |moved: f64| moved.is_finite() || (by == 0.0 && moved == f64::INFINITY);
+        let may_move = |moved: f64| moved.is_finite() || (by == 0.0 && moved.is_infinite());
         Ok(Self {
             name: name.parse()?,
             by,
@@ -309,7 +311,7 @@ mod tests {
             "a=1~2",
             "a=inf~0@2026-11-27T10:00:00Z",
             "a=1~inf@2026-11-27T10:00:00Z",
-            "a=0~-inf@2026-11-27T10:00:00Z",
+            "a=1~-inf@2026-11-27T10:00:00Z",
             "a=0~NaN@2026-11-27T10:00:00Z",
             "a%2=1~0@2026-11-27T10:00:00Z",
             "a b=1~0@2026-11-27T10:00:00Z",
@@ -320,12 +322,17 @@ mod tests {
     }
 
     #[test]
-    fn a_joint_that_stopped_keeps_its_velocity_and_that_its_standstill_was_contradicted() {
-        let kept = "joint.slew=0~-0.3@2026-11-27T10:00:00Z,joint.slew=0~inf@2026-11-27T10:00:00Z";
+    fn a_joint_that_stopped_keeps_its_velocity_and_each_doubt_of_its_standstill() {
+        let kept = "joint.slew=0~-0.3@2026-11-27T10:00:00Z,joint.slew=0~inf@2026-11-27T10:00:00Z,\
+                    joint.slew=0~-inf@2026-11-27T10:00:00Z";
         let all: DoubtedSignals = kept.parse().unwrap();
         assert_eq!(all.to_string(), kept);
         let moved: Vec<f64> = all.iter().map(|it| it.moved).collect();
-        assert_eq!(moved, [-0.3, f64::INFINITY]);
+        assert_eq!(moved, [-0.3, f64::INFINITY, f64::NEG_INFINITY]);
+        for (place, one) in all.iter().enumerate() {
+            let alike = all.iter().map(|other| one.is_alike(other));
+            assert_eq!(alike.collect::<Vec<_>>(), [0, 1, 2].map(|it| it == place));
+        }
     }
 
     #[test]

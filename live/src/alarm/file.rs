@@ -87,8 +87,8 @@ pub struct AlarmFile {
     pub(super) folder: PathBuf,
     pub(super) machine_hash: u64,
     pub(super) identity_checksum: u32,
-    /// Checksums of the identities that it has had if its machine file stated a serial number later, or does so no more, or had another
-    /// name with that number.
+    /// Checksums of the identities that it has had if its machine file stated a serial number later, states none any more, or had
+    /// another name with it.
     before: Vec<u32>,
 }
 

@@ -21,25 +21,15 @@ pub(super) struct IdentityLock(
 );
 
 impl IdentityLock {
-    /// Locks a machine in a folder; `None`, which is told, where the folder cannot be written or its file system has no locks.
+    /// Locks the machine of this program in a folder; `None`, which is told, where the folder cannot be written or its file system
+    /// has no locks.
     ///
     /// # Errors
     /// Another monitor has it.
     pub(super) fn take(folder: &Path, identity: &str) -> Result<Option<Self>> {
         let path = path(folder, identity);
-        // who looks whether a machine is monitored has its lock for a moment
-        let mut tries = 0;
-        let taken = loop {
-            match locked(&path, identity) {
-                Err(TryLockError::WouldBlock) if tries < TRIES => {
-                    tries += 1;
-                    std::thread::sleep(PAUSE);
-                }
-                taken => break taken,
-            }
-        };
-        match taken {
-            Ok(file) => Ok(Some(Self(file))),
+        match Self::try_take(folder, identity) {
+            Ok(lock) => Ok(Some(lock)),
             Err(TryLockError::WouldBlock) => bail!(
                 "{}: another monitor of the machine {identity} runs and keeps its alarm in this folder: end it, or state another \
                  folder (--state)",
@@ -54,9 +44,28 @@ impl IdentityLock {
             }
         }
     }
+
+    /// Locks a machine in a folder.
+    ///
+    /// # Errors
+    /// `WouldBlock` where another monitor has it. After another error nobody knows whether one does.
+    pub(super) fn try_take(folder: &Path, identity: &str) -> Result<Self, TryLockError> {
+        let path = path(folder, identity);
+        // who looks whether a machine is monitored has its lock for a moment
+        let mut tries = 0;
+        loop {
+            match locked(&path, identity) {
+                Err(TryLockError::WouldBlock) if tries < TRIES => {
+                    tries += 1;
+                    std::thread::sleep(PAUSE);
+                }
+                taken => return taken.map(Self),
+            }
+        }
+    }
 }
 
-fn path(folder: &Path, identity: &str) -> PathBuf {
+pub(super) fn path(folder: &Path, identity: &str) -> PathBuf {
     folder.join(format!(
         "alarm-{:08x}.lock",
         crc32fast::hash(identity.as_bytes())

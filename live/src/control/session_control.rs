@@ -161,10 +161,12 @@ impl Control {
             .trust(Proofs::from_bits(wire.acknowledged_signals));
         let verdict = wire.verdict();
         let is_known = !matches!(verdict.level, Level::Unknown | Level::Fault);
-        // Danger outranks faults of values in the level, but valves do not move by them.
+        // Danger outranks faults of values and an unknown ground in the level, but valves do not move by them.
         let has_faults = !verdict.held.faults.is_empty();
+        let is_ground_known = wire.ground_gap().is_none();
         self.verdict = Some(SeenVerdict {
             permits_motion: is_known
+                && is_ground_known
                 && !has_faults
                 && !is_doubted(&verdict)
                 && verdict.latched_level != Level::Fault,

@@ -1,7 +1,9 @@
 //! The state estimator behind the guard: the one place that takes the guard's steps, in their order.
 
 use tipwatch_mechanics::Machine;
-use tipwatch_mechanics::estimation::plausibility::{Inherited, KnownPosition, Plausibility};
+use tipwatch_mechanics::estimation::plausibility::{
+    Inherited, KnownPosition, Plausibility, SignalDoubt,
+};
 use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, RowClock};
 use tipwatch_mechanics::machine::Proofs;
 use tipwatch_mechanics::state::{SampleError, Sensor, Sensors};
@@ -81,6 +83,11 @@ impl CheckedEstimator {
     #[must_use]
     pub fn plausibility(&self) -> &Plausibility {
         self.estimator.plausibility()
+    }
+
+    /// The signals that are doubted since they failed visibly, in this session or before.
+    pub fn doubts(&self) -> impl Iterator<Item = SignalDoubt> {
+        self.estimator.doubts()
     }
 
     /// Notes that the mounting, a sign, the order or a scale of a sensor was contradicted in a session before.

@@ -68,7 +68,7 @@ pub fn overrules(
 
 /// Checks that a commissioning overrules the doubt of a signal that failed visibly at this time. A commissioning shows the
 /// mounting and scale of the specific force, of a housing that turned together with that of the gyro, and that a joint whose encoder
-/// had stopped is measured again. It does not show the zero of a joint, which is wrong after a jump.
+/// had stopped, or did not show what was asked, is measured again. It does not show the zero of a joint, which is wrong after a jump.
 ///
 /// # Errors
 /// The doubt stands.
@@ -79,7 +79,7 @@ pub(super) fn overrules_doubt(
     machine: &Machine,
 ) -> Result<(), Stands> {
     match doubt.signal {
-        Proof::Joint(_) if !doubt.is_frozen() => Err(Stands::NoZeroChecked),
+        Proof::Joint(_) if !doubt.is_frozen() && !doubt.disobeys() => Err(Stands::NoZeroChecked),
         signal => {
             let signals: Proofs = [signal].into_iter().collect();
             let signals = signals.with(doubt.disputed());

@@ -21,7 +21,7 @@
 //! | `doubted_loads` | the measured loads that contradict the computed ones for two seconds: the load sensor that is furthest off, and `total` |
 //! | `load_explanations` | what would explain the total: `unstated_load`, `load_on_tool`, `support_sensor`, `exchanged_sensors` |
 //! | `exchanged_sensors` | the wheels whose sensors would explain it if they were exchanged |
-//! | `doubted_forces` | the linkages whose measured force contradicts what masses and motion require for two seconds |
+//! | `doubted_forces` | the linkages whose measured force contradicts what masses and motion require for two seconds, or whose arm rests on something |
 //! | `frozen_forces` | the linkages whose measured force repeats one value although the required one changes |
 //! | `unstated_mass_kg`, `unstated_mass_sigma_kg` | the load that would explain it, negative for less than what is stated; null if none would |
 //! | `payload_mass_kg`, `payload_mass_sigma_kg` | mass of the payloads that a signal states or that is estimated row by row, and its standard deviation; null while unknown, and without such payloads |

@@ -530,8 +530,9 @@ fn tell_doubt(signal: &DoubtedSignal, doubt: &SignalDoubt, stands: &Stands) {
         moved,
         since,
     } = signal;
-    let has_turned = !doubt.disputed().is_empty();
+    let has_turned = doubt.signal == Proof::AngularVelocity;
     let failure = match (*by == 0.0, moved.is_infinite()) {
+        (true, true) if doubt.disobeys() => "not shown what its controller asks".into(),
         (true, true) => "been contradicted as stopped by the lean of the platform".into(),
         (true, false) => "not been measured".into(),
         (false, _) if has_turned => format!("been in a housing that may be turned by {by} rad"),

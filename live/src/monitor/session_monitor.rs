@@ -178,7 +178,7 @@ impl Monitor {
 
     /// The signals that are doubted since they failed visibly, in this session or before.
     pub fn doubts(&self) -> impl Iterator<Item = SignalDoubt> {
-        self.input.plausibility().doubts()
+        self.input.doubts()
     }
 
     /// Takes over doubts and positions from a session before: those signals are doubted from the first sample on.
@@ -328,9 +328,7 @@ impl Monitor {
         let counts = self.counts();
         self.message.set_verdict(verdict, conditions, counts);
         self.message.set_alarm(self.latch());
-        let doubted: Proofs = (self.input.plausibility().doubts())
-            .map(|doubt| doubt.signal)
-            .collect();
+        let doubted: Proofs = self.doubts().map(|doubt| doubt.signal).collect();
         self.message.doubted = doubted.bits();
         if std::mem::replace(&mut self.alarms, self.judge.alarms()) != self.judge.alarms() {
             self.message.alarm_sequence = ALARM_BEGINS;
@@ -364,8 +362,7 @@ pub(super) fn of_shared_places(joints: usize) -> Proofs {
 pub(super) fn measured(sensors: &Sensors) -> Proofs {
     let joints = sensors.joints.iter().flat_map(|stream| &stream.joints);
     let joints = joints.map(|&joint| Proof::Joint(joint));
-    let of_imu = [Proof::SpecificForce, Proof::AngularVelocity];
-    let of_imu = of_imu.into_iter().filter(|_| sensors.imu);
+    let of_imu = Proof::OF_IMU.into_iter().filter(|_| sensors.imu);
     joints.chain(of_imu).collect()
 }
 

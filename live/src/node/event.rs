@@ -7,9 +7,10 @@ use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::{Notifier, NotifierCreateError};
 use iceoryx2::prelude::PortFactory as _;
 use iceoryx2::prelude::*;
+use iceoryx2::service::builder::event::{EventOpenError, EventOpenOrCreateError};
 use iceoryx2::service::port_factory::event::PortFactory;
 
-use super::iceoryx::cause;
+use super::iceoryx::{cause, opened};
 use crate::wire::topics::{MAX_NODES, MAX_READERS, RESERVED_READERS};
 
 type Events = PortFactory<ipc::Service>;
@@ -18,12 +19,19 @@ fn events(node: &Node<ipc::Service>, name: &str) -> Result<Events> {
     let service = ServiceName::new(name)
         .map_err(cause)
         .with_context(|| format!("service \"{name}\""))?;
-    node.service_builder(&service)
-        .event()
-        .max_listeners(MAX_READERS)
-        .max_notifiers(MAX_READERS)
-        .max_nodes(MAX_NODES)
-        .open_or_create()
+    let open = || {
+        node.service_builder(&service)
+            .event()
+            .max_listeners(MAX_READERS)
+            .max_notifiers(MAX_READERS)
+            .max_nodes(MAX_NODES)
+            .open_or_create()
+    };
+    let is_in_flux = |error: &_| {
+        use EventOpenOrCreateError::{EventOpenError as Open, SystemInFlux};
+        matches!(error, SystemInFlux | Open(EventOpenError::HangsInCreation))
+    };
+    opened(open, is_in_flux)
         .map_err(cause)
         .with_context(|| format!("events \"{name}\": cannot open it"))
 }

@@ -9,9 +9,12 @@ use iceoryx2::prelude::PortFactory as _;
 use iceoryx2::prelude::*;
 use iceoryx2::service::Service as _;
 use iceoryx2::service::attribute::AttributeVerifier;
+use iceoryx2::service::builder::publish_subscribe::{
+    PublishSubscribeOpenError, PublishSubscribeOpenOrCreateError,
+};
 
 use super::event::{EventListener, EventNotifier};
-use super::iceoryx::{Service, cause};
+use super::iceoryx::{Service, cause, opened};
 use super::leftovers::{SHARED_MEMORY, remove_leftovers, remove_unsized, wait_for_sizes};
 use super::other_user::explained;
 use super::port::{Receiver, Sender};
@@ -119,6 +122,8 @@ impl LiveNode {
     pub fn sender<T: Topic>(&self, source: u64, machine_hash: u64) -> Result<Sender<T>> {
         let memory = Path::new(SHARED_MEMORY);
         require(memory, of_writer::<T>())?;
+        // a service of which nobody holds anything is removed, and made anew beside all others that want it
+        let _kept = self.service::<T>()?;
         if T::WRITERS > ONE_WRITER && !self.has_place {
             let writers = self.writers::<T>()?;
             let free = T::WRITERS - RESERVED_READERS;
@@ -185,7 +190,6 @@ impl LiveNode {
              monitor, control, recorder and acknowledgement",
             self.service_name::<T>()
         );
-        drop(service);
         let start = Instant::now();
         let mut refused_though_free = 0;
         loop {
@@ -306,17 +310,30 @@ impl LiveNode {
         let key = LAYOUT_ATTRIBUTE.try_into().map_err(cause)?;
         let verifier =
             AttributeVerifier::new().require(&key, &layout.as_str().try_into().map_err(cause)?);
-        self.node
-            .service_builder(&service)
-            .publish_subscribe::<T>()
-            .enable_safe_overflow(SAFE_OVERFLOW)
-            .history_size(T::HISTORY)
-            .subscriber_max_buffer_size(T::QUEUE)
-            .subscriber_max_borrowed_samples(MAX_BORROWED)
-            .max_publishers(T::WRITERS)
-            .max_subscribers(MAX_READERS)
-            .max_nodes(MAX_NODES)
-            .open_or_create_with_attributes(&verifier.map_err(cause)?)
+        let verifier = verifier.map_err(cause)?;
+        let open = || {
+            self.node
+                .service_builder(&service)
+                .publish_subscribe::<T>()
+                .enable_safe_overflow(SAFE_OVERFLOW)
+                .history_size(T::HISTORY)
+                .subscriber_max_buffer_size(T::QUEUE)
+                .subscriber_max_borrowed_samples(MAX_BORROWED)
+                .max_publishers(T::WRITERS)
+                .max_subscribers(MAX_READERS)
+                .max_nodes(MAX_NODES)
+                .open_or_create_with_attributes(&verifier)
+        };
+        let is_in_flux = |error: &_| {
+            use PublishSubscribeOpenOrCreateError::{
+                PublishSubscribeOpenError as Open, SystemInFlux,
+            };
+            matches!(
+                error,
+                SystemInFlux | Open(PublishSubscribeOpenError::HangsInCreation)
+            )
+        };
+        opened(open, is_in_flux)
             .map_err(|error| explained(cause(error), self.node.config()))
             .with_context(|| format!("service \"{name}\": cannot open it"))
     }

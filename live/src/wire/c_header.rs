@@ -51,9 +51,9 @@ const BEGINNING: &str = "\
  * the positions of its joints in that order, then their velocities. Names are those of the URDF. IMU, odometry and tool
  * wrench have stream 0. Actuator signals are numbered over all joints whose bit is set in actuated_joints, ascending: one
  * stream for a joint with a force, two for one with pressures (piston side, then rod side). Bit k is the k-th linkage of the
- * machine file that binds a force or pressures and carries some, but not all wheels. The stream of a load sensor is the number
- * of its bit in load_sensors, that of a signal of a payload of its bit in payload_signals, and that of a force of the arm of its
- * bit in force_signals. The end of the session (kind end) has as sequence the number of samples before it.
+ * machine file that binds a force or pressures and carries some, but not all wheels. Streams of load sensors, of signals of
+ * payloads and of forces of the arm are the numbers of their bits in load_sensors, payload_signals and force_signals. The end of
+ * the session (kind end) has as sequence the number of samples before it.
  *
  * UNITS AND CLOCKS. The producer sends SI units, signs, zeros and names of the URDF: scale, offset and field of the machine
  * file's signals, and its clock offsets, are for logs, where replay applies them. The monitor applies none of them. Stamps of

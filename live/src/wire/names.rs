@@ -258,7 +258,10 @@ impl Names {
     #[must_use]
     pub fn force_doubt_text(&self, verdict: &WireVerdict) -> String {
         let told = [
-            ("measured forces doubted", self.doubted_forces(verdict)),
+            (
+                "measured forces doubted, or their arm rests on something",
+                self.doubted_forces(verdict),
+            ),
             ("measured forces frozen", self.frozen_forces(verdict)),
         ];
         let told = told.into_iter().filter(|(_, names)| !names.is_empty());

@@ -279,6 +279,7 @@ pub(crate) fn name_from_wire(wire: &[u8; NAME_BYTES]) -> Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::wire::topics::MAX_ARM_FORCES;
 
     fn session() -> Session {
         Session {
@@ -342,6 +343,21 @@ mod tests {
                 .to_string()
                 .contains("found 65")
         );
+    }
+
+    /// So a monitor has no more forces of the arm than bits tell of.
+    #[test]
+    fn no_signal_is_announced_that_has_no_bit() {
+        let announced = |signals| {
+            let session = Session {
+                force_signals: (0..signals).collect(),
+                ..session()
+            };
+            let wire = WireSession::try_from(&session).ok()?;
+            Some(Session::try_from(&wire).unwrap().force_signals.len())
+        };
+        assert_eq!(announced(u32::BITS), Some(MAX_ARM_FORCES));
+        assert_eq!(announced(u32::BITS + 1), None);
     }
 
     #[test]

@@ -218,7 +218,8 @@ wire! {
         /// By how much each is off (rad, m, m/s2), as far as was seen; 0 of a joint that stopped to be measured.
         pub doubted_by: [f64; MAX_JOINTS],
         /// What of that may be motion (same unit). Of a joint that stopped to be measured: its velocity then (rad/s, m/s). Infinite
-        /// where the lean of the platform has contradicted that the joint stood still; it may have another doubt beside that.
+        /// where the lean of the platform has contradicted that the joint stood still, and minus infinity where the joint does not
+        /// show what its controller asks; it may have another doubt beside that.
         pub doubted_moved: [f64; MAX_JOINTS],
         /// Which joints of the machine these are.
         pub known_joints: [u32; MAX_JOINTS],
@@ -286,8 +287,9 @@ macro_rules! verdict_message {
                 /// odometry, tool wrench, actuator forces, ground, masses of payloads, which supports are on the ground; bit
                 /// 8 + k: joint k of the machine. Without any, and without a doubt, the basis is proven.
                 pub unproven: u64,
-                /// Bits, as in unproven: signals that failed visibly, such as a joint that jumped where it cannot have moved,
-                /// in this session or before. They are doubted until they are back, or somebody acknowledges them.
+                /// Bits, as in unproven: signals that failed visibly, such as a joint that jumped where it cannot have moved, or
+                /// that does not show what its controller asks, in this session or before. They are doubted until they are back, or
+                /// somebody acknowledges them.
                 pub doubted: u64,
                 /// Bits: the signals that somebody has acknowledged since the last row, and that are trusted again. One that was refused,
                 /// because it still repeats one value, is not among them and stays in doubted.

@@ -268,38 +268,17 @@ impl Adaptation {
 
 #[cfg(test)]
 mod tests {
-    use super::super::kalman_filter::{Doubt, FilterModel, KalmanFilter};
+    use super::super::kalman_filter::{Doubt, KalmanFilter};
+    use super::super::noise_of_tests::{Noise, STATED};
     use super::super::white_jerk::seconds;
     use super::{Adaptation, Factors};
 
     /// Noise of the simulated sensor, times a scale.
     const POSITION: f64 = 2e-4;
     const RATE: f64 = 3e-3;
-    /// Stated noise: the defaults of a joint.
-    const STATED: FilterModel = FilterModel {
-        value_variance: 3e-4 * 3e-4,
-        rate_variance: 3e-3 * 3e-3,
-        density: 0.1 * 0.1,
-        max_gap_ns: 250_000_000,
-    };
     const STEP_NS: i64 = 10_000_000;
     const BEGIN_S: f64 = 4.0;
     const END_S: f64 = 20.0;
-
-    /// Standard normal numbers, the same in every run: the sum of twelve uniform ones.
-    struct Noise(u64);
-
-    impl Noise {
-        fn next(&mut self) -> f64 {
-            let uniform = |state: &mut u64| {
-                *state = state
-                    .wrapping_mul(6_364_136_223_846_793_005)
-                    .wrapping_add(1_442_695_040_888_963_407);
-                (*state >> 33) as f64 / f64::from(1_u32 << 31)
-            };
-            (0..12).map(|_| uniform(&mut self.0)).sum::<f64>() - 6.0
-        }
-    }
 
     /// A joint that swings after it has rested.
     #[derive(Clone, Copy)]

@@ -11,7 +11,7 @@ use super::rows::{Estimate, RowClock, regular_index, regular_row};
 use super::shown_noise::ShownNoise;
 use super::state_builder::{Filters, StateBuilder};
 use super::white_jerk::{Channel, seconds};
-use crate::estimation::plausibility::{Finding, Inherited, Plausibility, RowEffect};
+use crate::estimation::plausibility::{Finding, Inherited, Plausibility, RowEffect, SignalDoubt};
 use crate::estimation::support_configuration::SupportWatch;
 use crate::machine::{Machine, PayloadQuantity, Proofs};
 use crate::state::{
@@ -184,9 +184,16 @@ impl CausalEstimator {
         self.plausibility.remember_contradiction();
     }
 
+    /// The signals that are doubted since they failed visibly, see [`Plausibility::doubts`], and the joints that do not show what their
+    /// controller asks.
+    pub fn doubts(&self) -> impl Iterator<Item = SignalDoubt> {
+        self.plausibility.doubts().chain(self.obedience.doubts())
+    }
+
     /// Takes over from a session before, see [`Plausibility::inherit`].
     pub fn inherit(&mut self, from: &Inherited) {
         self.plausibility.inherit(from);
+        self.obedience.inherit(&from.doubts);
     }
 
     /// A person trusts these signals as they are now: rows do not doubt them from the next samples on. Returns those that are trusted,
@@ -433,7 +440,9 @@ impl CausalEstimator {
         let joints = &self.estimate.state.joints;
         (self.obedience).row(time_ns, &self.estimate.commands, joints);
         let disputed = &mut self.estimate.shown.disputed;
-        *disputed = disputed.with(self.obedience.standing());
+        for doubt in self.obedience.doubts() {
+            *disputed = disputed.with(doubt.disputed());
+        }
         let forces = self.estimate.arm_forces.iter_mut();
         for (value, force) in forces.zip(machine.arm_forces()) {
             *value = force_of(&force.signals, &self.force_signals, time_ns, max_gap_ns);

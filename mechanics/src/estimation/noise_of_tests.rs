@@ -1,5 +1,15 @@
 //! Noise of simulated sensors in tests.
 
+use super::kalman_filter::FilterModel;
+
+/// Stated noise: the defaults of a joint.
+pub(super) const STATED: FilterModel = FilterModel {
+    value_variance: 3e-4 * 3e-4,
+    rate_variance: 3e-3 * 3e-3,
+    density: 0.1 * 0.1,
+    max_gap_ns: 250_000_000,
+};
+
 /// Standard normal numbers, the same in every run: the sum of twelve uniform ones.
 pub(super) struct Noise(pub(super) u64);
 

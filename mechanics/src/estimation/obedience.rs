@@ -7,9 +7,10 @@
 //! ```
 //! A joint of which a second and a tenth of a radian or metre show less than a tenth does not move, or its encoder does not show it: the
 //! hydraulics are off, a valve is stuck, something blocks it. Which of them is not known, so nothing is contradicted. But nothing proves
-//! its encoder, until it shows half of what is asked, or a person trusts it. A joint that is pushed against its limit is not asked. After
-//! a restart nothing is known of it.
+//! its encoder, also in the sessions that follow, until it shows half of what is asked, or a person trusts it. A joint that is pushed
+//! against its limit is not asked.
 
+use super::plausibility::SignalDoubt;
 use super::turns::shorter_way;
 use super::white_jerk::seconds;
 use crate::geometry::coordinate::Motion;
@@ -22,7 +23,7 @@ const LEAST_S: f64 = 1.0;
 const STANDS: f64 = 0.1;
 const FOLLOWS: f64 = 0.5;
 
-/// The joints of a machine that are commanded.
+/// The joints of a machine, commanded or not: one that a file of before commanded stays doubted.
 #[derive(Debug, Clone)]
 pub(super) struct Obedience {
     joints: Vec<Commanded>,
@@ -46,26 +47,16 @@ struct Commanded {
 
 impl Obedience {
     pub(super) fn new(machine: &Machine) -> Self {
-        let spec = machine.plausibility();
-        let commanded = |joint: usize| {
-            let margin = match machine.joint_slides(joint) {
-                true => spec.joint_margin_linear,
-                false => spec.joint_margin,
-            };
-            let free = [f64::NEG_INFINITY, f64::INFINITY];
-            let [least, greatest] = machine.joints()[joint].limits.unwrap_or(free);
-            Commanded {
-                joint,
-                turns: machine.joint_turns(joint),
-                stops: [least + margin, greatest - margin],
-                asked: 0.0,
-                for_s: 0.0,
-                from: f64::NAN,
-                stands: false,
-            }
+        let commanded = |joint: usize| Commanded {
+            joint,
+            turns: machine.joint_turns(joint),
+            stops: machine.joint_stops(joint),
+            asked: 0.0,
+            for_s: 0.0,
+            from: f64::NAN,
+            stands: false,
         };
-        let commands = machine.joint_commands().iter();
-        let joints = commands.map(|command| command.joint);
+        let joints = 0..machine.joints().len();
         // the angle of a wheel does not matter
         let joints = joints.filter(|&joint| machine.joints()[joint].spins_wheel.is_none());
         Self {
@@ -95,10 +86,17 @@ impl Obedience {
         }
     }
 
-    /// The joints whose encoders nothing proves, because they do not show what is asked.
-    pub(super) fn standing(&self) -> Proofs {
+    /// Takes over from an earlier session which joints did not show what was asked.
+    pub(super) fn inherit(&mut self, doubts: &[SignalDoubt]) {
+        for it in &mut self.joints {
+            it.stands |= doubts.contains(&SignalDoubt::disobedient(it.joint));
+        }
+    }
+
+    /// The doubts of joints whose encoders nothing proves, because they do not show what is asked.
+    pub(super) fn doubts(&self) -> impl Iterator<Item = SignalDoubt> {
         let standing = self.joints.iter().filter(|it| it.stands);
-        standing.map(|it| Proof::Joint(it.joint)).collect()
+        standing.map(|it| SignalDoubt::disobedient(it.joint))
     }
 }
 
@@ -162,9 +160,9 @@ mod tests {
             for time_ms in times_ms.step_by(10) {
                 obedience.row(time_ms * 1_000_000, &[0.2], &[Motion::at_rest(0.3)]);
             }
-            let stands = obedience.standing().has(Proof::Joint(0));
-            obedience.trust(obedience.standing());
-            stands
+            let stands: Proofs = obedience.doubts().map(|doubt| doubt.signal).collect();
+            obedience.trust(stands);
+            stands.has(Proof::Joint(0))
         };
         assert!(!stands_after(0..500));
         assert!(!stands_after(60_000..60_100));
@@ -172,6 +170,35 @@ mod tests {
         assert!(stands_after(60_100..61_000));
         assert!(!stands_after(61_000..61_500));
         assert!(stands_after(61_500..62_500));
+    }
+
+    #[test]
+    fn a_joint_that_did_not_obey_before_a_restart_is_doubted_until_it_follows() {
+        let with_it = |doubts: &[SignalDoubt], asked: f64| {
+            let mut obedience = Obedience {
+                joints: vec![NEW],
+                last_ns: None,
+                max_gap_s: 0.25,
+            };
+            obedience.inherit(doubts);
+            for step in 0..200 {
+                let position = asked * f64::from(step) * 0.01;
+                let joints = [Motion::at_rest(position)];
+                obedience.row(i64::from(step) * 10_000_000, &[asked], &joints);
+            }
+            obedience.doubts().collect::<Vec<_>>()
+        };
+        let doubt = SignalDoubt::disobedient(0);
+        // of another joint, or another doubt
+        let frozen = SignalDoubt {
+            moved: 0.3,
+            ..doubt
+        };
+        assert!(with_it(&[SignalDoubt::disobedient(1), frozen], 0.0).is_empty());
+        for asked in [0.0, f64::NAN] {
+            assert_eq!(with_it(&[doubt], asked), [doubt], "{asked}");
+        }
+        assert!(with_it(&[doubt], 0.2).is_empty());
     }
 
     /// Whether a joint with limits at -1 and 1 stands after each second; `asked` gives the rate (rad/s) and `shown` the position (rad)
@@ -210,6 +237,7 @@ mod tests {
         assert_eq!(stands(|_| 0.2, |t| -0.5 + 0.06 * t), none);
         assert_eq!(stands(|_| 0.0, |_| 0.3), none);
         assert_eq!(stands(|_| f64::NAN, |_| 0.3), none);
+        assert_eq!(stands(|_| 0.2, |_| f64::NAN), none);
         assert_eq!(stands(|t| 0.2 * (20.0 * t).sin(), |_| 0.3), none);
         assert_eq!(stands(|_| 0.2, |_| 1.01), none);
     }

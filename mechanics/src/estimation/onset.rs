@@ -90,17 +90,10 @@ impl Onset {
 #[cfg(test)]
 mod tests {
     use super::super::adaptation::Adaptation;
-    use super::super::kalman_filter::{Doubt, FilterModel, KalmanFilter};
-    use super::super::noise_of_tests::Noise;
+    use super::super::kalman_filter::{Doubt, KalmanFilter};
+    use super::super::noise_of_tests::{Noise, STATED};
     use super::super::white_jerk::seconds;
 
-    /// The defaults of a joint.
-    const STATED: FilterModel = FilterModel {
-        value_variance: 3e-4 * 3e-4,
-        rate_variance: 3e-3 * 3e-3,
-        density: 0.1 * 0.1,
-        max_gap_ns: 250_000_000,
-    };
     const STEP_NS: i64 = 10_000_000;
     /// Of four joints one moves.
     const JOINTS: usize = 4;

@@ -1,6 +1,6 @@
 //! One Kalman filter for each measured quantity, and the machine state assembled from their estimates.
 
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 
 use super::adaptation::Adaptation;
 use super::alone::Alone;
@@ -18,11 +18,8 @@ use crate::geometry::coordinate::Motion;
 use crate::machine::Machine;
 use crate::state::{
     AccelerometerBias, BaseState, JetCovariance, NumberKind, Reason, Reasons, Sample, SampleError,
-    Sensor, Sensors, SignalNoise, State, tilt_is_measured,
+    Sensor, Sensors, SignalNoise, State, tilt_is_measured, up_of,
 };
-
-/// A quaternion whose norm differs from one by more than this is not an orientation.
-const QUATERNION_NORM_TOLERANCE: f64 = 0.1;
 
 /// The filters of a set of sensors.
 #[derive(Debug, Clone)]
@@ -307,12 +304,7 @@ impl Filters {
         if !self.has_tilt {
             return;
         }
-        let &[x, y, z, w] = xyzw else { return };
-        let quaternion = Quaternion::new(w, x, y, z);
-        // Written so that NaN is rejected.
-        if (quaternion.norm() - 1.0).abs() <= QUATERNION_NORM_TOLERANCE {
-            let orientation = UnitQuaternion::from_quaternion(quaternion);
-            let up = orientation.inverse_transform_vector(&Vector3::z());
+        if let Some(up) = up_of(xyzw) {
             // A useless orientation only leaves a gap in a filter whose estimate rows do not require.
             let _ = self.push_to(Followed::Up, stamp_ns, up.as_slice(), None, treatment);
         }

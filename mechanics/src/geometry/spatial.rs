@@ -105,9 +105,14 @@ pub fn rotate_back<T: Real>(r: &Matrix3<T>, v: &Vector3<T>) -> Vector3<T> {
 /// A B, column by column.
 #[inline(always)]
 pub fn compose<T: Real>(a: &Matrix3<T>, b: &Matrix3<f64>) -> Matrix3<T> {
-    let at = |i: usize, j: usize| {
+    matrix(|i, j| {
         a[(i, 0)].scaled(b[(0, j)]) + a[(i, 1)].scaled(b[(1, j)]) + a[(i, 2)].scaled(b[(2, j)])
-    };
+    })
+}
+
+/// Returns the matrix of these elements.
+#[inline(always)]
+pub fn matrix<T: Real>(at: impl Fn(usize, usize) -> T) -> Matrix3<T> {
     Matrix3::new(
         at(0, 0),
         at(0, 1),

@@ -15,6 +15,8 @@ pub struct ArmForce {
     pub force_sigma: f64,
     /// Standard deviation of the friction in the cylinder, as a fraction of the force.
     pub friction_share: f64,
+    /// Positions of the linkage's measured joint (rad or m) between which what it moves may lie on a rest of its own machine.
+    pub rests_within: Option<[f64; 2]>,
 }
 
 /// A signal of such a force: the force itself (N), or the pressure in a chamber (Pa).

@@ -192,6 +192,15 @@ impl Machine {
         !self.joint_slides(joint) && self.joints[joint].limits.is_none_or(is_turn)
     }
 
+    /// Positions beyond which a measured joint may be at its stop (rad or m): within its margin of a limit of the URDF.
+    #[must_use]
+    pub fn joint_stops(&self, joint: usize) -> [f64; 2] {
+        let margin = self.plausibility.margin_of(self.joint_slides(joint));
+        let free = [f64::NEG_INFINITY, f64::INFINITY];
+        let [least, greatest] = self.joints[joint].limits.unwrap_or(free);
+        [least + margin, greatest - margin]
+    }
+
     /// The greatest speed at which a measured joint may move (rad/s or m/s): a faster change of its position is a fault.
     #[must_use]
     pub fn greatest_joint_rate(&self, joint: usize) -> f64 {

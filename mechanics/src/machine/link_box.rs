@@ -3,22 +3,14 @@
 use std::collections::HashMap;
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
-use roxmltree::{Document, Node};
+use roxmltree::Node;
 
-use super::urdf_text::readable;
+use super::urdf_text::{by_link, triple};
 
 /// Edges of the box around the primitive shapes of each link (m): of its collision shapes, else of its visual ones. A
 /// link with meshes alone has none, because meshes are other files.
 pub(super) fn boxes_by_link(text: &str) -> HashMap<String, Vector3<f64>> {
-    let text = readable(text);
-    let Ok(document) = Document::parse(&text) else {
-        return HashMap::new();
-    };
-    let links = document.root_element().children();
-    let boxes = links
-        .filter(|n| n.has_tag_name("link"))
-        .filter_map(|link| Some((link.attribute("name")?.to_string(), box_of(link)?)));
-    boxes.collect()
+    by_link(text, box_of)
 }
 
 fn box_of(link: Node<'_, '_>) -> Option<Vector3<f64>> {
@@ -46,7 +38,7 @@ fn corners(holder: Node<'_, '_>) -> Option<Vec<Point3<f64>>> {
         (length.is_finite() && length >= 0.0).then_some(length)
     };
     let edges = match kind.tag_name().name() {
-        "box" => triple(kind.attribute("size")?)?,
+        "box" => vector(kind.attribute("size")?)?,
         "sphere" => Vector3::repeat(2.0 * length("radius")?),
         "cylinder" => Vector3::new(
             2.0 * length("radius")?,
@@ -61,7 +53,7 @@ fn corners(holder: Node<'_, '_>) -> Option<Vec<Point3<f64>>> {
         _ => return None,
     };
     let origin = child("origin");
-    let of_origin = |name: &str| triple(origin?.attribute(name)?);
+    let of_origin = |name: &str| vector(origin?.attribute(name)?);
     let xyz = of_origin("xyz").unwrap_or_default();
     let rpy = of_origin("rpy").unwrap_or_default();
     let pose = Isometry3::from_parts(
@@ -76,10 +68,8 @@ fn corners(holder: Node<'_, '_>) -> Option<Vec<Point3<f64>>> {
     Some((0..8).map(corner).collect())
 }
 
-fn triple(text: &str) -> Option<Vector3<f64>> {
-    let numbers = text.split_whitespace().map(str::parse);
-    let numbers: Result<Vec<f64>, _> = numbers.collect();
-    let numbers: [f64; 3] = numbers.ok()?.try_into().ok()?;
+fn vector(text: &str) -> Option<Vector3<f64>> {
+    let numbers = triple(text)?;
     let finite = numbers.iter().all(|number| number.is_finite());
     finite.then(|| Vector3::from(numbers))
 }

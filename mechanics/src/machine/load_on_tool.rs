@@ -112,22 +112,18 @@ impl Machine {
 
 #[cfg(test)]
 mod tests {
-    use crate::MachineSpec;
-    use crate::machine::LogFacts;
+    use crate::machine::of_tests::rigid_with;
 
     /// A load acts at a frame at the tip of the tool; the mass that can be taken off is that of the link to which the frame is
     /// welded.
     #[test]
     fn a_tool_without_mass_has_that_of_what_it_is_welded_to() {
-        let spec = include_str!("../../tests/data/rigid.toml")
-            .replace("tool = \"tool\"", "tool = \"tip\"");
         let tip = "<link name='tip'/><joint name='tip_fixed' type='fixed'><parent link='tool'/><child link='tip'/>\
                    <origin xyz='0.5 0 0'/></joint></robot>";
-        let urdf = include_str!("../../tests/data/rigid.urdf").replace("</robot>", tip);
-        let spec = MachineSpec::from_toml(&spec, "rigid.toml").unwrap();
-        let machine = spec
-            .check(&urdf, "rigid.urdf", LogFacts::default())
-            .unwrap();
+        let machine = rigid_with(
+            |file| file.replace("tool = \"tool\"", "tool = \"tip\""),
+            |urdf| urdf.replace("</robot>", tip),
+        );
         let load = machine.load_on_tool().unwrap();
         let links = machine.links();
         assert_eq!(

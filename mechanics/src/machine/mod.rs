@@ -32,6 +32,8 @@ mod load_sensor;
 mod motion_bounds;
 mod nominal;
 mod note;
+#[cfg(test)]
+pub(crate) mod of_tests;
 mod one_of;
 mod outline;
 mod parameter;

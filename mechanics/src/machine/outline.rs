@@ -4,12 +4,12 @@
 use std::collections::HashMap;
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
-use roxmltree::{Document, Node};
+use roxmltree::Node;
 
 use super::MachineError;
 use super::tree::Tree;
 use super::urdf::{Urdf, UrdfJoint, UrdfJointKind};
-use super::urdf_text::readable;
+use super::urdf_text::{by_link, triple};
 
 /// The links of a URDF, parents before children.
 #[derive(Debug, Clone)]
@@ -161,17 +161,11 @@ fn outline_joint(joint: &UrdfJoint, base_from_link: &Isometry3<f64>) -> OutlineJ
 
 /// Shapes are only hints, so unreadable ones are ignored.
 pub(super) fn shapes_by_link(text: &str) -> HashMap<String, Vec<Shape>> {
-    let text = readable(text);
-    let Ok(document) = Document::parse(&text) else {
-        return HashMap::new();
-    };
-    let links = document.root_element().children();
-    let named = links.filter(|n| n.has_tag_name("link")).filter_map(|link| {
+    by_link(text, |link| {
         let of = |tag: &'static str| link.children().filter(move |n| n.has_tag_name(tag));
         let shapes = of("collision").chain(of("visual")).filter_map(shape);
-        Some((link.attribute("name")?.to_string(), shapes.collect()))
-    });
-    named.collect()
+        Some(shapes.collect())
+    })
 }
 
 fn shape(holder: Node<'_, '_>) -> Option<Shape> {
@@ -209,10 +203,4 @@ fn scale_in_link(scale: Option<&str>, turn: &UnitQuaternion<f64>) -> [f64; 3] {
     let scale = scale.and_then(triple).unwrap_or([1.0; 3]);
     let of_axis = |axis: Vector3<f64>| scale[turn.inverse_transform_vector(&axis).iamax()];
     [Vector3::x(), Vector3::y(), Vector3::z()].map(of_axis)
-}
-
-fn triple(text: &str) -> Option<[f64; 3]> {
-    let numbers = text.split_whitespace().map(str::parse);
-    let numbers: Result<Vec<f64>, _> = numbers.collect();
-    numbers.ok()?.try_into().ok()
 }

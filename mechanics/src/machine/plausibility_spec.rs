@@ -111,4 +111,13 @@ impl PlausibilitySpec {
         };
         own.or(self.policy).unwrap_or(default)
     }
+
+    /// Tolerance of a joint beyond a limit of the URDF: of a prismatic one (m), or of a revolute one (rad).
+    #[must_use]
+    pub fn margin_of(&self, slides: bool) -> f64 {
+        match slides {
+            true => self.joint_margin_linear,
+            false => self.joint_margin,
+        }
+    }
 }

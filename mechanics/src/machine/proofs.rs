@@ -49,6 +49,9 @@ impl Proof {
         Self::Supports,
     ];
 
+    /// The signals of an inertial measurement unit (IMU).
+    pub const OF_IMU: [Self; 2] = [Self::SpecificForce, Self::AngularVelocity];
+
     /// All proofs of a machine with so many joints, in order.
     pub fn all(joints: usize) -> impl Iterator<Item = Self> {
         let of_joints = (0..joints).map(Self::Joint);
@@ -404,7 +407,7 @@ impl FromIterator<Proof> for Proofs {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::machine::{LogFacts, MachineSpec};
+    use crate::machine::of_tests::rigid;
 
     #[test]
     fn sets_hold_what_was_added_and_joints_without_a_place_share_one() {
@@ -434,10 +437,7 @@ mod tests {
     // requirement: TW-VERDICT-28
     #[test]
     fn commissioned_joint_is_proven_where_it_was_compared() {
-        let spec = include_str!("../../tests/data/rigid.toml");
-        let urdf = include_str!("../../tests/data/rigid.urdf");
-        let spec = MachineSpec::from_toml(spec, "rigid.toml").unwrap();
-        let machine = spec.check(urdf, "rigid.urdf", LogFacts::default()).unwrap();
+        let machine = rigid();
         let count = machine.joints().len();
         let mut joints = 0..count;
         let slides = joints.find(|&joint| machine.joint_slides(joint)).unwrap();

@@ -7,7 +7,7 @@ use serde::Deserialize;
 use serde::de::MapAccess;
 use serde::de::value::MapAccessDeserializer;
 
-use super::exactly::exactly;
+use super::exactly::{exactly, exactly_if_any};
 use super::toml_error::not_finite;
 use crate::machine::HydraulicsSpec;
 
@@ -172,6 +172,10 @@ pub struct LinkageSpec {
     /// Standard deviation of its friction, as a fraction of the force.
     #[serde(default = "actuator_friction")]
     pub friction_share: f64,
+    /// Positions of its measured joint (rad or m) between which what it moves may lie on a rest of its own machine: the actuator then
+    /// carries less than masses and motion require.
+    #[serde(default, deserialize_with = "exactly_if_any")]
+    pub rests_within: Option<[f64; 2]>,
     /// An angle of the pivot (rad) on the side of the dead centre on which the machine works; needed only if the rod is measured.
     /// Default: that of the reference posture, the middle of the pivot's URDF limits if they span less than half a turn, or 0 if it
     /// carries wheels.

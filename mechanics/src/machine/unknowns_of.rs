@@ -67,19 +67,10 @@ impl Unknown {
     #[must_use]
     pub fn derivative(self, machine: &Machine, parameters: &[Parameter], by: &[f64]) -> f64 {
         let place = |wanted| parameters.iter().position(|&parameter| parameter == wanted);
-        match self {
-            Self::Parameter(parameter) => place(parameter).map_or(0.0, |place| by[place]),
-            Self::Inertia(link) => {
-                let elements = InertiaElement::ALL.into_iter();
-                let of = |element| {
-                    let parameter = Parameter::LinkInertia(link, element);
-                    place(parameter).map_or(0.0, |place| {
-                        by[place] * parameter.nominal(machine).unwrap_or(0.0)
-                    })
-                };
-                elements.map(of).sum()
-            }
-        }
+        let changes = self.changes(machine, 1.0).into_iter();
+        changes
+            .map(|(parameter, change)| place(parameter).map_or(0.0, |place| by[place] * change))
+            .sum()
     }
 
     /// The changes of parameters that this change is.

@@ -1,7 +1,10 @@
 //! The text of a URDF made readable for an XML parser: what generators leave behind and every URDF reader forgives.
 
 use std::borrow::Cow;
+use std::collections::HashMap;
 use std::ops::Range;
+
+use roxmltree::{Document, Node};
 
 /// Result of a pass over the tags of a text.
 #[derive(Debug, Default)]
@@ -42,6 +45,23 @@ pub(super) fn readable(text: &str) -> Cow<'_, str> {
         mended.replace_range(range, &blanks);
     }
     Cow::Owned(mended)
+}
+
+/// What is found of each link, by its name; nothing in a text that cannot be read.
+pub(super) fn by_link<T>(text: &str, of: impl Fn(Node<'_, '_>) -> Option<T>) -> HashMap<String, T> {
+    let text = readable(text);
+    let document = Document::parse(&text).ok();
+    let elements = (document.iter()).flat_map(|it| it.root_element().children());
+    let links = elements.filter(|element| element.has_tag_name("link"));
+    let found = links.filter_map(|link| Some((link.attribute("name")?.to_string(), of(link)?)));
+    found.collect()
+}
+
+/// Three numbers.
+pub(super) fn triple(text: &str) -> Option<[f64; 3]> {
+    let numbers = text.split_whitespace().map(str::parse);
+    let numbers: Result<Vec<f64>, _> = numbers.collect();
+    numbers.ok()?.try_into().ok()
 }
 
 /// Line of the first element of xacro, the macro language from which URDFs are generated. The declaration of its

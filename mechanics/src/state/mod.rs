@@ -11,7 +11,7 @@ pub use machine_state::{
     resting_state,
 };
 pub use reason::{Reason, Reasons};
-pub(crate) use sample::Credible;
+pub(crate) use sample::{Credible, measured_up, up_of};
 pub use sample::{
     JointStream, JointTwice, MatchedSensors, NumberKind, OtherSensors, Sample, SampleError, Sensor,
     Sensors, StreamCounts, tilt_is_measured,

@@ -1,5 +1,7 @@
 //! Sensors and their samples, as read from a log or a live system.
 
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
 use crate::machine::{ActuatorSignal, Machine};
 
 /// The sensors that a log or a live system provides.
@@ -123,6 +125,8 @@ pub enum SampleError {
     UnknownSensor,
 }
 
+/// A quaternion whose norm differs from one by more than this is not an orientation.
+const QUATERNION_NORM_TOLERANCE: f64 = 0.1;
 /// Largest |x| and |y| of a quaternion without tilt: 2e-12 rad, beyond the resolution of any sensor.
 const NO_TILT: f64 = 1e-12;
 
@@ -136,6 +140,22 @@ pub fn tilt_is_measured(xyzw: &[f64]) -> bool {
         [x, y, _, _] => x.abs() > NO_TILT || y.abs() > NO_TILT,
         _ => false,
     }
+}
+
+/// Up direction in the axes of a sensor with this orientation, quaternion x y z w; `None` where it is none.
+pub(crate) fn up_of(xyzw: &[f64]) -> Option<Vector3<f64>> {
+    let &[x, y, z, w] = xyzw else { return None };
+    let quaternion = Quaternion::new(w, x, y, z);
+    // Written so that NaN is rejected.
+    let is_orientation = (quaternion.norm() - 1.0).abs() <= QUATERNION_NORM_TOLERANCE;
+    is_orientation.then(|| {
+        UnitQuaternion::from_quaternion(quaternion).inverse_transform_vector(&Vector3::z())
+    })
+}
+
+/// The same where the orientation measures how the machine tilts.
+pub(crate) fn measured_up(xyzw: &[f64]) -> Option<Vector3<f64>> {
+    up_of(xyzw).filter(|_| tilt_is_measured(xyzw))
 }
 
 /// Whether a sample was used unchanged.
@@ -211,11 +231,32 @@ impl Sensors {
         indices.map(move |index| Sensor::Number(kind, index))
     }
 
+    /// Indices into [`Machine::joints`] of the joints that `sensor` measures; `None` if it is no stream of joint states.
+    #[must_use]
+    pub fn joints_of(&self, sensor: Sensor) -> Option<&[usize]> {
+        match sensor {
+            Sensor::Joints(stream) => Some(&self.joints.get(stream)?.joints),
+            _ => None,
+        }
+    }
+
+    /// Whether every row needs samples of `sensor`.
+    #[must_use]
+    pub fn need(&self, sensor: Sensor) -> bool {
+        match sensor {
+            Sensor::Joints(_) => true,
+            Sensor::Imu => self.imu,
+            Sensor::Odometry => !self.imu,
+            Sensor::ToolWrench => self.tool_wrench,
+            Sensor::Number(..) => false,
+        }
+    }
+
     /// Number of values in a sample of `sensor`; `None` if there is no such sensor.
     #[must_use]
     pub fn value_count(&self, sensor: Sensor) -> Option<usize> {
         match sensor {
-            Sensor::Joints(stream) => self.joints.get(stream).map(|s| 2 * s.joints.len()),
+            Sensor::Joints(_) => self.joints_of(sensor).map(|joints| 2 * joints.len()),
             Sensor::Imu => self.imu.then_some(10),
             Sensor::Odometry => self.odometry.then_some(10),
             Sensor::ToolWrench => self.tool_wrench.then_some(6),

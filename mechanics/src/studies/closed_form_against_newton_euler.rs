@@ -11,7 +11,8 @@ use crate::dynamics::kinematics::{self, BodyMotion};
 use crate::dynamics::newton_euler;
 use crate::geometry::coordinate::Coordinate;
 use crate::geometry::spatial::Wrench;
-use crate::machine::{LinkGroup, LogFacts, Machine, MachineSpec};
+use crate::machine::of_tests::checked;
+use crate::machine::{LinkGroup, Machine};
 use crate::number::{Lanes, Real};
 use crate::state::State;
 
@@ -27,10 +28,7 @@ fn machine(name: &str) -> Machine {
             include_str!("../../tests/data/bogie.urdf"),
         ),
     };
-    let spec = spec.replace("tyre_stiffness = 8.0e5", "");
-    let spec = MachineSpec::from_toml(&spec, "machine.toml").unwrap();
-    spec.check(urdf, "machine.urdf", LogFacts::default())
-        .unwrap()
+    checked(&spec.replace("tyre_stiffness = 8.0e5", ""), urdf)
 }
 
 /// Joint positions: cylinders at half stroke, all others at `arm`.

@@ -175,15 +175,12 @@ impl LadenMachine {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::machine::{LogFacts, MachineSpec};
+    use crate::machine::of_tests::rigid;
 
     /// The machine that the search leaves and one set up anew agree on which load tips it, in any posture and after any load.
     #[test]
     fn a_load_below_the_limit_stands_and_one_above_it_tips() {
-        let spec = include_str!("../../tests/data/rigid.toml");
-        let urdf = include_str!("../../tests/data/rigid.urdf");
-        let spec = MachineSpec::from_toml(spec, "rigid.toml").unwrap();
-        let machine = spec.check(urdf, "rigid.urdf", LogFacts::default()).unwrap();
+        let machine = rigid();
         let load = machine.load_on_tool().unwrap();
         let mut found = 0;
         for place in 0..400_u32 {

@@ -2,6 +2,7 @@
 
 pub(crate) mod attitude;
 pub(crate) mod closed_form;
+pub(crate) mod swinging_boom;
 pub(crate) mod velocity_gradient;
 
 use std::path::Path;

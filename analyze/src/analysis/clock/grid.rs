@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use crate::base::estimated::EstimatedRows;
+use crate::load::linkage_force::interpolated;
 
 /// Time step (s).
 pub(super) const STEP_S: f64 = 0.01;
@@ -94,27 +95,9 @@ fn cut(times: &[i64], rows: Range<usize>, found: &mut Vec<Stretch>) {
 
 /// Interpolates values linearly at the steps of a stretch; NaN beyond the ends and in gaps.
 pub(super) fn at_steps(stretch: &Stretch, stamps_ns: &[i64], values: &[f64]) -> Vec<f64> {
-    let mut next = stamps_ns.partition_point(|&stamp| stamp < stretch.start_ns);
     let value = |step: usize| {
-        let time = stretch.time_ns(step);
-        while next < stamps_ns.len() && stamps_ns[next] < time {
-            next += 1;
-        }
-        let Some(&after) = stamps_ns.get(next) else {
-            return f64::NAN;
-        };
-        if after == time {
-            return values[next];
-        }
-        let Some(before) = next.checked_sub(1) else {
-            return f64::NAN;
-        };
-        let gap = after - stamps_ns[before];
-        if gap > LONGEST_GAP_NS {
-            return f64::NAN;
-        }
-        let share = (time - stamps_ns[before]) as f64 / gap as f64;
-        values[before] + share * (values[next] - values[before])
+        let time_ns = stretch.time_ns(step);
+        interpolated(stamps_ns, values, time_ns, LONGEST_GAP_NS).unwrap_or(f64::NAN)
     };
     (0..stretch.steps).map(value).collect()
 }

@@ -103,11 +103,9 @@ fn pairs<'a>(scene: &'a Scene<'a>, forces: &'a [LinkageForce]) -> Vec<Pair<'a>> 
     }
     for force in forces {
         let joint = loaded.machine.linkages()[force.linkage].measured_joint;
-        let of_joint = |signal: &&Signal| match signal.sensor {
-            Sensor::Joints(stream) => loaded.matched.sensors.joints[stream]
-                .joints
-                .contains(&joint),
-            _ => false,
+        let of_joint = |signal: &&Signal| {
+            let joints = loaded.matched.sensors.joints_of(signal.sensor);
+            joints.is_some_and(|joints| joints.contains(&joint))
         };
         let Some(joints) = loaded.signals.iter().find(of_joint) else {
             continue;

@@ -69,9 +69,8 @@ fn meters(loaded: &LoadedLog, sensor: Sensor) -> Vec<Meter> {
         AXES.map(|axis| Meter::new(format!("{name}_{axis}"), unit, false))
     };
     match sensor {
-        Sensor::Joints(stream) => {
-            let streams = &loaded.matched.sensors.joints;
-            let joints = streams.get(stream).map_or(&[][..], |stream| &stream.joints);
+        Sensor::Joints(_) => {
+            let joints = loaded.matched.sensors.joints_of(sensor).unwrap_or_default();
             let of_joints = |what: &'static str, units: [&'static str; 2]| {
                 joints.iter().map(move |&joint| {
                     let name = &machine.joints()[joint].name;

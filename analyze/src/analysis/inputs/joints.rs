@@ -2,7 +2,6 @@
 
 use tipwatch_language::{message, say, told, word};
 use tipwatch_mechanics::machine::{Machine, MeasuredJoint};
-use tipwatch_mechanics::state::Sensor;
 
 use super::proportion::{Proportion, Unit, scale_hint, unit_by_factor};
 use super::windows::median;
@@ -65,10 +64,9 @@ struct Suspects {
 pub(super) fn scales(loaded: &LoadedLog) -> Vec<GrossInput> {
     let mut found = Vec::new();
     for signal in loaded.signals.iter() {
-        let Sensor::Joints(stream) = signal.sensor else {
+        let Some(joints) = loaded.matched.sensors.joints_of(signal.sensor) else {
             continue;
         };
-        let joints = &loaded.matched.sensors.joints[stream].joints;
         let mut positions = Suspects::none();
         let mut velocities = Suspects::none();
         let seen = JointSamples::in_signal(loaded, signal, joints);
@@ -235,11 +233,7 @@ fn beyond_limits(
     let (count, low, high) = values.range?;
     let range = say!("between {} and {}", short(low), short(high));
     if let Some([least, greatest]) = joint.limits {
-        let margin = LIMIT_SHARE * (greatest - least)
-            + match slides {
-                true => machine.plausibility().joint_margin_linear,
-                false => machine.plausibility().joint_margin,
-            };
+        let margin = LIMIT_SHARE * (greatest - least) + machine.plausibility().margin_of(slides);
         let within = least - margin..=greatest + margin;
         let finite = || values.positions().filter(|p| p.is_finite());
         let share_beyond = |scale: f64, offset: f64| {

@@ -234,10 +234,9 @@ fn wheel_speeds(loaded: &LoadedLog) -> Vec<WheelSpeed> {
     let machine = &loaded.machine;
     let mut speeds = Vec::new();
     for signal in loaded.signals.iter() {
-        let Sensor::Joints(stream) = signal.sensor else {
+        let Some(joints) = loaded.matched.sensors.joints_of(signal.sensor) else {
             continue;
         };
-        let joints = &loaded.matched.sensors.joints[stream].joints;
         let mut wheels = Vec::new();
         for (column, &joint) in joints.iter().enumerate() {
             let Some(wheel) = machine.joints()[joint].spins_wheel else {

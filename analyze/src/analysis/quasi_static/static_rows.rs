@@ -115,7 +115,7 @@ impl Widening for StaticRows {
                 let place = &places.wheels[wheel];
                 match is_bounded {
                     true => columns[place.least][row],
-                    false => columns[place.otf][row] - 2.0 * columns[place.otf_sigma][row],
+                    false => columns[place.otf][row] - SURE_SIGMAS * columns[place.otf_sigma][row],
                 }
             });
             columns[places.utilisation][row] = utilisation;

@@ -4,7 +4,9 @@
 
 use rayon::prelude::*;
 use tipwatch_mechanics::machine::{ArmForce, Machine};
-use tipwatch_mechanics::studies::measured_forces::{Compared, MOST_SIGMAS, required_force};
+use tipwatch_mechanics::studies::measured_forces::{
+    Compared, MOST_SIGMAS, measured_position, required_force,
+};
 use tipwatch_mechanics::{Scope, State, Workspace, actuator_force_sigma};
 
 use super::super::measured_loads::sampled_rows;
@@ -60,9 +62,8 @@ fn compare(
         let mut workspace = Workspace::with_scope(machine, Scope::LOADS);
         chunk.iter().filter_map(move |(time_ns, measured, state)| {
             let computed = required_force(machine, state, force.linkage, &mut workspace)?;
-            Some(Compared::of_force(
-                *time_ns, force, *measured, computed, by_masses,
-            ))
+            let at = measured_position(machine, state, force.linkage);
+            Compared::of_force(*time_ns, force, at, *measured, computed, by_masses)
         })
     });
     compared.collect()

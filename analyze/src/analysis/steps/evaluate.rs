@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use anyhow::Result;
 use tipwatch_binding::Commissioning;
+use tipwatch_mechanics::estimation::plausibility::SignalDoubt;
 use tipwatch_mechanics::machine::{Commissioned, Note};
 use tipwatch_mechanics::state::Reason;
 
@@ -74,10 +75,12 @@ impl EvaluatedLog {
             rows.add_reason(&falls, Reason::SupportsUnknown);
         }
         // the causal estimator follows them itself, and the smoother knows nothing of what was before
-        let inherits_doubts = options.estimator == Estimator::Smoother
-            && !loaded.signal_doubts.inherited.doubts.is_empty();
+        let inherited: &[SignalDoubt] = match options.estimator {
+            Estimator::Smoother => &loaded.signal_doubts.inherited.doubts,
+            Estimator::Causal => &[],
+        };
         let record = match scope.sensitivities {
-            true => verdicts::monitor_record(&task.log, inherits_doubts)?,
+            true => verdicts::monitor_record(&task.log, inherited)?,
             false => MonitorRecord::default(),
         };
         if record.is_contradicted {

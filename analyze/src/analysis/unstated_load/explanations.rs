@@ -368,7 +368,7 @@ pub(super) fn trials(
             all.push(trial.fitting("way", unit, stopped, sigma));
         }
     }
-    for proof in [Proof::SpecificForce, Proof::AngularVelocity] {
+    for proof in Proof::OF_IMU {
         if proven.has(proof) {
             continue;
         }

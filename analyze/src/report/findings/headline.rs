@@ -4,7 +4,6 @@ use tipwatch_language::{is_english, say, word};
 
 use super::enumerated;
 use super::incident::Incident;
-use super::rank::rank;
 use super::scene::Scene;
 use crate::events::{Bound, Event, EventKind, EventTimes, Finding};
 use crate::page::{number, probability};
@@ -198,7 +197,7 @@ impl Scene {
         let gravest = incident.gravest();
         let unlikely = incident.events.iter();
         let unlikely = unlikely.filter(|event| gravest.is_fact() && !event.is_fact());
-        let graver = unlikely.filter(|event| rank(event.kind) <= rank(gravest.kind));
+        let graver = unlikely.filter(|event| event.kind.rank() <= gravest.kind.rank());
         let texts = graver.take(MOST_NAMED).map(|event| {
             let chance = event.certainty.map_or(word!("unknown").into(), probability);
             say!("{} from {} ({chance})", self.step(event), self.start(event))

@@ -1,6 +1,5 @@
 //! Events that are one story: a wheel grows light, lifts, and the machine tips; or several wheels at once.
 
-use super::rank::rank;
 use crate::events::{Event, EventCauses, EventKind};
 
 /// Events this close in time are one incident (ns).
@@ -19,7 +18,7 @@ pub(in crate::report) struct Incident<'a> {
 /// names as what happened is the first of them.
 pub(in crate::report) fn incidents(events: &[Event]) -> Vec<Incident<'_>> {
     let mut observed: Vec<&Event> = events.iter().filter(|it| it.kind.is_observed()).collect();
-    observed.sort_by_key(|event| (event.start_ns, rank(event.kind)));
+    observed.sort_by_key(|event| (event.start_ns, event.kind.rank()));
     let mut found: Vec<Incident<'_>> = Vec::new();
     let mut end_ns = i64::MIN;
     for event in observed {
@@ -39,7 +38,7 @@ pub(in crate::report) fn incidents(events: &[Event]) -> Vec<Incident<'_>> {
     }
     found.sort_by_key(|incident| {
         let gravest = incident.gravest();
-        (!gravest.is_fact(), rank(gravest.kind), incident.start_ns())
+        (!gravest.is_fact(), gravest.kind.rank(), incident.start_ns())
     });
     found
 }
@@ -62,8 +61,7 @@ pub(in crate::report) fn led_to<'a>(events: &'a [Event], event: &Event) -> Optio
 impl<'a> Incident<'a> {
     /// The event that the incident is named after: the gravest that is a fact, or of all if none is.
     pub(in crate::report) fn gravest(&self) -> &'a Event {
-        let order = |event: &&&Event| (!event.is_fact(), rank(event.kind), event.start_ns);
-        match self.events.iter().min_by_key(order) {
+        match self.events.iter().min_by_key(|event| event.importance()) {
             Some(event) => event,
             None => unreachable!("an incident has an event"),
         }
@@ -74,7 +72,7 @@ impl<'a> Incident<'a> {
         let events = self.events.iter().copied();
         let asked =
             events.filter(|event| !event.counterfactuals.is_empty() && self.is_of_gravest(event));
-        asked.min_by_key(|event| (!event.is_fact(), rank(event.kind), event.start_ns))
+        asked.min_by_key(|event| event.importance())
     }
 
     /// Whether an event goes on until the gravest begins, or nearly: one that was over before is another story.
@@ -155,9 +153,7 @@ impl<'a> Incident<'a> {
             event.causes.as_ref().is_some_and(EventCauses::is_loss) && self.is_of_gravest(event)
         };
         let known = self.events.iter().filter(lost);
-        known
-            .min_by_key(|event| (!event.is_fact(), rank(event.kind), event.start_ns))
-            .copied()
+        known.min_by_key(|event| event.importance()).copied()
     }
 }
 

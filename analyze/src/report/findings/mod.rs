@@ -3,7 +3,6 @@
 mod headline;
 mod incident;
 mod of_event;
-mod rank;
 mod scene;
 mod without_event;
 
@@ -14,7 +13,6 @@ use tipwatch_mechanics::machine::{Note, NoteKind};
 pub(super) use crate::base::number::enumerated;
 pub(super) use incident::{Incident, incidents, led_to};
 pub(super) use of_event::input_list;
-pub(super) use rank::{importance, rank};
 pub(super) use scene::Scene;
 pub(super) use without_event::reason_counts;
 
@@ -55,7 +53,7 @@ fn findings_of(analysis: &Analysis, most_of_kind: usize) -> Vec<Finding> {
         .iter()
         .filter(|event| !event.kind.is_observed());
     let (mut events, left_out) = worst_of_each_kind(others, scene.word, most_of_kind);
-    events.sort_by_key(|event| (rank(event.kind), event.start_ns));
+    events.sort_by_key(|event| (event.kind.rank(), event.start_ns));
     let of_input = events.iter().position(|event| !event.kind.is_stability());
     let (not_excluded, of_input) = events.split_at(of_input.unwrap_or(events.len()));
     let open = open_split::wheels(analysis);

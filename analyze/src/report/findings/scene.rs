@@ -2,6 +2,7 @@
 
 use tipwatch_language::{say, word};
 use tipwatch_mechanics::machine::{JointCoupling, Machine, SupportKind};
+use tipwatch_mechanics::number::SURE_SIGMAS;
 
 use crate::analysis::{Analysis, Input};
 use crate::events::split_rule::{is_stated, sharing, split_rule};
@@ -47,7 +48,7 @@ impl AxleStop {
     /// wherever it stood and to whichever side it swings: the whole way between its stops.
     fn is_passed(&self, rotation_rad: f64, sigma_rad: f64) -> bool {
         let [least, most] = self.limits_rad;
-        rotation_rad - 2.0 * sigma_rad > most - least
+        rotation_rad - SURE_SIGMAS * sigma_rad > most - least
     }
 
     fn all(machine: &Machine) -> Vec<Self> {

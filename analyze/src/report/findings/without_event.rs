@@ -12,7 +12,7 @@ use crate::analysis::Analysis;
 use crate::events::split_rule::is_open;
 use crate::events::support_words::SupportWord;
 use crate::events::{Finding, SHORTEST_NS};
-use crate::page::{capital, number, readable, with_band};
+use crate::page::{capital, number, readable, with_sure_band};
 use crate::report::in_band;
 use crate::report::open_split::{self, OpenWheel};
 
@@ -241,7 +241,7 @@ impl LightestLoad {
     /// The load with its band; the number alone without one.
     fn in_words(&self) -> String {
         match self.sigma_n.is_finite() {
-            true => with_band(self.load_n, 2.0 * self.sigma_n),
+            true => with_sure_band(self.load_n, self.sigma_n),
             false => number(self.load_n),
         }
     }

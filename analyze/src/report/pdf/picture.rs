@@ -188,12 +188,7 @@ fn draw<'a>(
     frame: Frame,
     above: &mut Option<Label<'a>>,
 ) {
-    let number = |name: &str| {
-        element
-            .attribute(name)
-            .and_then(|text| text.parse::<f32>().ok())
-    };
-    let zero = |name: &str| number(name).unwrap_or(0.0);
+    let zero = |name: &str| number(element, name).unwrap_or(0.0);
     let style = style(element.attribute("class").unwrap_or_default());
     let path = match element.tag_name().name() {
         "line" => polygon(
@@ -241,6 +236,11 @@ fn draw<'a>(
     });
 }
 
+/// A number that an element states.
+fn number(element: Node<'_, '_>, name: &str) -> Option<f32> {
+    element.attribute(name)?.parse().ok()
+}
+
 fn polygon(points: &[[f32; 2]], closed: bool) -> Option<Path> {
     let (first, rest) = points.split_first()?;
     let mut builder = PathBuilder::new();
@@ -272,12 +272,8 @@ fn text<'a>(
     frame: Frame,
     above: &mut Option<Label<'a>>,
 ) {
-    let number = |name: &str| {
-        element
-            .attribute(name)
-            .and_then(|text| text.parse::<f32>().ok())
-    };
-    let size = (number("font-size").unwrap_or(11.0) * frame.scale).max(LEAST_LETTERS);
+    let zero = |name: &str| number(element, name).unwrap_or(0.0);
+    let size = (number(element, "font-size").unwrap_or(11.0) * frame.scale).max(LEAST_LETTERS);
     let words = flow.letters.known(element.text().unwrap_or_default());
     let width = flow.letters.width(&words, size);
     let anchor = element.attribute("text-anchor");
@@ -286,7 +282,7 @@ fn text<'a>(
         Some("end") => width,
         _ => 0.0,
     };
-    let [x, stated_y] = frame.at(number("x").unwrap_or(0.0), number("y").unwrap_or(0.0));
+    let [x, stated_y] = frame.at(zero("x"), zero("y"));
     let is_below =
         |it: &&Label<'_>| it.anchor == anchor && (it.x - x).abs() < 0.1 && stated_y > it.stated_y;
     let least_y = (above.as_ref().filter(is_below)).map(|it| it.y + BELOW * size);

@@ -51,26 +51,22 @@ impl Plotter<'_> {
 
     /// Returns the traces of load sensors that measure this wheel alone.
     fn measured_on(&self, wheel: usize) -> Vec<Trace> {
-        let compared = &self.analysis.load_comparison.rows;
-        let seconds: Vec<f64> = compared.iter().map(|row| self.seconds(row.row)).collect();
         let sensors = self.analysis.measured_loads.sensors.iter().enumerate();
         let own = sensors.filter(|(_, load)| {
             let mut places = load.sensor.places(&self.analysis.machine);
             places.next() == Some(wheel) && places.next().is_none()
         });
-        own.map(|(k, load)| {
-            let measured: Vec<f64> = compared.iter().map(|row| row.measured[k]).collect();
-            let name = say!("{} measured", load.sensor.name);
-            Trace::new(
-                self.columns,
-                Look::Points,
-                MEASURED,
-                &name,
-                &seconds,
-                &measured,
-            )
-        })
-        .collect()
+        own.map(|(k, load)| self.measured(k, &say!("{} measured", load.sensor.name)))
+            .collect()
+    }
+
+    /// Returns the trace of the load sensor with this index.
+    fn measured(&self, sensor: usize, name: &str) -> Trace {
+        let compared = self.analysis.load_comparison.rows.iter();
+        let (x, y): (Vec<f64>, Vec<f64>) = compared
+            .map(|row| (self.seconds(row.row), row.measured[sensor]))
+            .unzip();
+        Trace::new(self.columns, Look::Points, MEASURED, name, &x, &y)
     }
 
     /// Returns the figures of load sensors that measure several wheels, beside the sum of the computed loads.
@@ -84,10 +80,7 @@ impl Plotter<'_> {
             let title = say!("Load sensor {}", load.sensor.name);
             let unit = axis(word!("Load"), Quantity::Load(0));
             let mut figure = self.figure(Part::Loads, &title, &unit, HEIGHT);
-            let column =
-                |of: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..compared.len()).map(of).collect() };
-            let computed = column(&|row| compared[row].computed[k]);
-            let measured = column(&|row| compared[row].measured[k]);
+            let computed: Vec<f64> = compared.iter().map(|row| row.computed[k]).collect();
             figure.add(Trace::line(
                 self.columns,
                 LOAD,
@@ -95,15 +88,7 @@ impl Plotter<'_> {
                 &seconds,
                 &computed,
             ));
-            let measured = Trace::new(
-                self.columns,
-                Look::Points,
-                MEASURED,
-                word!("measured"),
-                &seconds,
-                &measured,
-            );
-            figure.add(measured);
+            figure.add(self.measured(k, word!("measured")));
             figure
         })
         .collect()

@@ -5,7 +5,7 @@ use tipwatch_mechanics::Quantity;
 use crate::analysis::Analysis;
 use crate::events::{Event, EventKind};
 use crate::page::{Columns, Figure, Look, Trace};
-use crate::report::findings::{Scene, importance, rank};
+use crate::report::findings::Scene;
 use crate::report::sketch::{Curve, Sketch};
 
 /// Most events shown in a figure, the most important ones.
@@ -135,9 +135,9 @@ impl Plotter<'_> {
 /// The most important events, by time.
 fn shown(events: &[Event]) -> Vec<&Event> {
     let mut shown: Vec<&Event> = events.iter().collect();
-    shown.sort_by_key(|event| importance(event));
+    shown.sort_by_key(|event| event.importance());
     shown.truncate(MOST_EVENTS);
-    shown.sort_by_key(|event| (event.start_ns, rank(event.kind)));
+    shown.sort_by_key(|event| (event.start_ns, event.kind.rank()));
     shown
 }
 

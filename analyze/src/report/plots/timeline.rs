@@ -6,7 +6,7 @@ use super::plotter::{Part, Plotter};
 use super::quality::Lane;
 use crate::events::{Event, EventKind};
 use crate::page::Figure;
-use crate::report::findings::{Scene, rank};
+use crate::report::findings::Scene;
 
 /// Most lanes: those of inputs are in another figure.
 const MOST_LANES: usize = 24;
@@ -37,7 +37,7 @@ impl Plotter<'_> {
             }
         }
         // stable: of a kind, by time
-        lanes.sort_by_key(|((kind, ..), _)| rank(*kind));
+        lanes.sort_by_key(|((kind, ..), _)| kind.rank());
         lanes.truncate(MOST_LANES);
         let lanes: Vec<Lane> = lanes.into_iter().map(|(_, lane)| lane).collect();
         (!lanes.is_empty())

@@ -12,7 +12,7 @@ use crate::analysis::sensitivity::SensitivityTable;
 use crate::events::split_rule::{is_stated, measured_forces, sharing, split_rule};
 use crate::events::support_words::SupportWord;
 use crate::events::{Answer, Bound, Event, EventKind, EventTimes, ShownBy, TIP_OVER_RAD};
-use crate::page::{band, capital, number, percent, probability, with_band};
+use crate::page::{band, capital, number, percent, probability, with_sure_band};
 use crate::report::deciding::Deciding;
 use crate::report::explanations;
 use crate::report::findings::{Incident, Scene, enumerated, input_list};
@@ -764,7 +764,7 @@ pub(super) fn otf_with_band(analysis: &Analysis, event: &Event, at_ns: i64, otf_
         found.value(Quantity::OtfSigma(wheel), 0)
     });
     match sigma_n.filter(|sigma_n| sigma_n.is_finite()) {
-        Some(sigma_n) => with_band(otf_n, 2.0 * sigma_n),
+        Some(sigma_n) => with_sure_band(otf_n, sigma_n),
         None => number(otf_n),
     }
 }
@@ -774,26 +774,34 @@ fn from_limit(analysis: &Analysis, row: usize, wheel: usize) -> String {
     let found = analysis.rows.window(row..row + 1);
     let limits = analysis.min_loads_n.as_ref();
     let limit_n = limits.map_or(0.0, |limits| limits[wheel]);
-    let above_n = found.value(Quantity::Load(wheel), 0) - limit_n;
+    let load_n = found.value(Quantity::Load(wheel), 0);
     let sigma_n = found.value(Quantity::LoadSigma(wheel), 0);
-    let sigmas = above_n.abs() / sigma_n;
     let named = SupportWord::named(&analysis.machine.wheels()[wheel]);
     let limit = match limit_n > 0.0 {
         true => word!("its limit"),
         false => word!("zero"),
     };
-    match (sigmas.is_finite(), above_n < 0.0) {
-        (false, _) if sigma_n == 0.0 => {
+    match sigmas_above(load_n, sigma_n, limit_n) {
+        None if sigma_n == 0.0 => {
             word!("The stated uncertainties leave the smallest load no band.").into()
         }
-        (false, _) => word!("The uncertainty of the smallest load is not known.").into(),
-        (true, false) => say!(
+        None => word!("The uncertainty of the smallest load is not known.").into(),
+        Some(sigmas) if sigmas < 0.0 => {
+            let sigmas = -sigmas;
+            say!(
+                "The smallest load compared with that at rest, of {named}, is {sigmas:.1} standard deviations below {limit}."
+            )
+        }
+        Some(sigmas) => say!(
             "The smallest load compared with that at rest, of {named}, is {sigmas:.1} standard deviations above {limit}."
         ),
-        (true, true) => say!(
-            "The smallest load compared with that at rest, of {named}, is {sigmas:.1} standard deviations below {limit}."
-        ),
     }
+}
+
+/// By how many standard deviations a load is above a limit; `None` without a band.
+fn sigmas_above(load_n: f64, sigma_n: f64, limit_n: f64) -> Option<f64> {
+    let sigmas = (load_n - limit_n) / sigma_n;
+    sigmas.is_finite().then_some(sigmas)
 }
 
 fn assumptions(analysis: &Analysis) -> String {
@@ -853,6 +861,16 @@ fn when(analysis: &Analysis, incidents: &[Incident<'_>]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_load_without_a_band_is_no_number_of_standard_deviations_from_its_limit() {
+        assert_eq!(sigmas_above(500.0, 100.0, 200.0), Some(3.0));
+        assert_eq!(sigmas_above(100.0, 100.0, 200.0), Some(-1.0));
+        for sigma_n in [0.0, f64::NAN] {
+            assert_eq!(sigmas_above(200.0, sigma_n, 200.0), None);
+            assert_eq!(sigmas_above(500.0, sigma_n, 200.0), None);
+        }
+    }
 
     #[test]
     fn what_cannot_be_excluded_is_not_excluded() {

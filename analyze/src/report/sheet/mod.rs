@@ -69,9 +69,29 @@ pub(super) fn row(analysis: &Analysis) -> Option<usize> {
     onset.or_else(|| analysis.digest.lightest.map(|(row, _)| row))
 }
 
-/// The drawing of the sheet alone.
-pub(crate) fn drawn_machine(analysis: &Analysis) -> Markup {
-    machine(analysis, incidents(&analysis.events).first())
+/// The drawings of a log as recorded and as supposed: both at the time that the sheet of the first shows.
+pub(crate) fn drawn_machines([recorded, supposed]: [&Analysis; 2]) -> [Markup; 2] {
+    let [of_recorded, of_supposed] =
+        [recorded, supposed].map(|analysis| incidents(&analysis.events));
+    let (gravest, own) = (of_recorded.first(), of_supposed.first());
+    let second = match row(recorded) {
+        Some(row) => {
+            let row = supposed.rows.at(recorded.rows.times_ns[row]);
+            let contradicted =
+                own.is_some_and(|it| unstated_load::contradicts(supposed, it.gravest()));
+            let seen = gravest.map(Incident::gravest);
+            let pictures = machine_view::pictures(supposed, row, seen, contradicted);
+            let row_s = supposed.rows.seconds(row);
+            html! {
+                @if let Some(pictures) = pictures {
+                    h3 { (say!("The machine at the same time, t = {:.2} s", row_s)) }
+                    (pictures)
+                }
+            }
+        }
+        None => machine(supposed, own),
+    };
+    [machine(recorded, gravest), second]
 }
 
 fn machine(analysis: &Analysis, gravest: Option<&Incident<'_>>) -> Markup {

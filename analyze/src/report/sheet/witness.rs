@@ -6,7 +6,7 @@ use tipwatch_mechanics::{Quantity, State};
 use super::answers::{self, condition, doubt, otf_with_band, reserve};
 use crate::analysis::Analysis;
 use crate::events::{Bound, Event, EventKind, ShownBy};
-use crate::page::{capital, with_band};
+use crate::page::{capital, with_sure_band};
 use crate::report::findings::{Incident, Scene, enumerated, findings};
 
 /// Most wheels that are told to have left the ground after the first ones.
@@ -129,7 +129,7 @@ fn least_load(analysis: &Analysis, scene: &Scene, event: &Event) -> Option<Strin
             "It had come close at t = {:.2} s: {} carried {} N{}.",
             scene.seconds(event.worst_ns),
             scene.support(event),
-            with_band(load_n, 2.0 * sigma_n),
+            with_sure_band(load_n, sigma_n),
             condition(scene, event)
         )
     })
@@ -368,10 +368,38 @@ fn tipped(scene: &Scene, event: &Event, incident: &Incident<'_>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::findings::incidents;
 
     #[test]
     fn no_account_begins_zero_seconds_before_the_onset() {
         assert_eq!(before_onset(49_000_000), "");
         assert!(!before_onset(51_000_000).is_empty());
+    }
+
+    #[test]
+    fn what_came_before_an_incident_is_the_first_that_is_a_fact() {
+        let event = |start_ns: i64, certainty: f64| Event {
+            end_ns: Some(start_ns + 1),
+            certainty: Some(certainty),
+            ..Event::blank(EventKind::WheelLight, start_ns, "fl".into())
+        };
+        let second = |seconds: i64| seconds * 1_000_000_000;
+        let events = [
+            event(second(10), 0.1),
+            event(second(20), 0.999),
+            event(second(30), 0.999),
+            Event {
+                kind: EventKind::WheelLift,
+                ..event(second(40), 0.999)
+            },
+            event(second(50), 0.999),
+        ];
+        let found = incidents(&events);
+        let gravest = &found[0];
+        assert_eq!(gravest.start_ns(), second(40));
+        let before = earlier(&found, gravest).map(Incident::start_ns);
+        assert_eq!(before, Some(second(20)));
+        let first = found.iter().find(|it| it.start_ns() == second(20)).unwrap();
+        assert!(earlier(&found, first).is_none());
     }
 }

@@ -1,6 +1,6 @@
 //! A row of `comparisons`: a machine compared with its own history or with its type.
 
-use crate::tables::frame::{Day, record};
+use crate::base::frame::{Day, record};
 
 record! {
     /// A row of `comparisons`.

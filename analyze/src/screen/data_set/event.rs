@@ -1,8 +1,8 @@
 //! A row of `events`: an event of a log.
 
+use crate::base::frame::{Day, record};
 use crate::policy::facts::EventFacts;
 use crate::screen::merge::LogRow;
-use crate::tables::frame::{Day, record};
 
 record! {
     /// The log of an event.

@@ -1,13 +1,14 @@
 //! A row of `logs`: a log, with all that is known of it.
 
 use tipwatch_language::word;
+use tipwatch_mechanics::number::SURE_SIGMAS;
 
 use crate::analysis::margin::WorstMargin;
+use crate::base::frame::{Day, record};
 use crate::events::EventKind;
 use crate::policy::facts::{EXPOSURE_CAUSES, EventFacts, LogFacts, WheelFacts};
 use crate::screen::merge::LogRow;
 use crate::screen::record::Outcome;
-use crate::tables::frame::{Day, record};
 
 record! {
     /// A row of `logs`.
@@ -231,7 +232,7 @@ pub(in crate::screen) fn lifted(events: &[EventFacts]) -> (f64, f64) {
 
 /// Whether a lift or fall that was found shows that the worst margin is too large: the loads before the event do not lead there.
 pub(in crate::screen) fn contradicts_margin(facts: &LogFacts, events: &[EventFacts]) -> bool {
-    let is_positive = |worst: &WorstMargin| worst.margin > 2.0 * worst.sigma.unwrap_or(0.0);
+    let is_positive = |worst: &WorstMargin| worst.margin > SURE_SIGMAS * worst.sigma.unwrap_or(0.0);
     facts.worst.as_ref().is_some_and(is_positive) && lifts(events).any(EventFacts::is_fact)
 }
 
@@ -262,7 +263,7 @@ pub(in crate::screen) fn doubted(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tables::frame::Record;
+    use crate::base::frame::Record;
 
     #[test]
     fn every_kind_of_event_and_every_cause_has_a_column() {

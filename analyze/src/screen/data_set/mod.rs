@@ -26,7 +26,7 @@ use self::event::FleetEvent;
 use self::log::FleetLog;
 use super::merge::LogRow;
 use crate::base::files::{remove_unfinished, unfinished_of};
-use crate::tables::frame::{ColumnInfo, Record};
+use crate::base::frame::{ColumnInfo, Record};
 
 pub(super) use self::comparison::FleetComparison;
 pub(super) use self::log::{contradicts_margin, doubted, lifted};

@@ -18,8 +18,8 @@ use super::event::FleetEvent;
 use super::log::FleetLog;
 use super::not_answered::{self, NotAnswered};
 use super::{COMPARISONS, FleetComparison, TABLES, is_table, parquet_writer};
+use crate::base::frame::{Day, Record};
 use crate::screen::place::Place;
-use crate::tables::frame::{Day, Record};
 use crate::tables::table::Table;
 
 /// The answer to a query: a table.

@@ -9,11 +9,11 @@ use tipwatch_language::{say, word};
 use super::statistics::{
     Change, LEAST_SEGMENT, Sorted, discovery_rates, fall, least_chance, mean, median, of_one_more,
 };
+use crate::base::frame::Day;
 use crate::base::shared::Shared;
 use crate::screen::data_set::{FleetComparison, contradicts_margin, lifted};
 use crate::screen::merge::LogRow;
 use crate::screen::record::Record;
-use crate::tables::frame::Day;
 
 /// Share of the machines that are called outliers that may be so by chance.
 pub(in crate::screen) const MOST_FALSE: f64 = 0.05;

@@ -287,17 +287,21 @@ pub(super) fn least_chance(values: usize) -> f64 {
     })
 }
 
-/// A random order (Fisher and Yates, numbers by SplitMix64).
+/// A random order (Fisher and Yates).
 fn shuffle(values: &mut [f64], state: &mut u64) {
     for last in (1..values.len()).rev() {
-        *state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = *state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^= z >> 31;
-        let place = (u128::from(z) * (last as u128 + 1)) >> 64;
+        let place = (u128::from(random(state)) * (last as u128 + 1)) >> 64;
         values.swap(last, place as usize);
     }
+}
+
+/// The next number of SplitMix64.
+fn random(state: &mut u64) -> u64 {
+    *state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+    let mut z = *state;
+    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    z ^ (z >> 31)
 }
 
 /// Which of some probabilities are discoveries: of all of them together at most a share of `rate` is expected to be false
@@ -408,16 +412,10 @@ mod tests {
         assert!(fall(&turns).unwrap().chance(0.0) > 0.5);
     }
 
-    /// Normal numbers: the sum of twelve uniform ones (SplitMix64).
+    /// Normal numbers: the sum of twelve uniform ones.
     fn normal(state: &mut u64) -> f64 {
-        let uniform = |state: &mut u64| {
-            *state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-            let mut z = *state;
-            z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-            z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-            ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-        };
-        (0..12).map(|_| uniform(state)).sum::<f64>() - 6.0
+        let mut uniform = || (random(state) >> 11) as f64 / (1_u64 << 53) as f64;
+        (0..12).map(|_| uniform()).sum::<f64>() - 6.0
     }
 
     #[test]

@@ -3,9 +3,9 @@
 use maud::{Markup, html};
 use tipwatch_language::{decimals, say, word};
 
+use crate::base::frame::Day;
 use crate::page::{percent, table};
 use crate::screen::outliers::{Against, ComparedQuantity, Comparison, MOST_FALSE, Verdict};
-use crate::tables::frame::Day;
 
 /// Most rows of a table; the table `comparisons` has all.
 const MOST_ROWS: usize = 100;

@@ -1,6 +1,7 @@
 //! The order of the logs: how close each machine came to tipping over, as far as the data tell.
 
 use tipwatch_language::message;
+use tipwatch_mechanics::number::SURE_SIGMAS;
 
 use super::analysed_log::AnalysedLog;
 use crate::events::EventKind;
@@ -130,7 +131,7 @@ fn rank(logs: &mut [Ranked<'_>], before: usize, order: &[Key]) {
         let (least, sigma) = value(leader);
         let cannot_be_told_apart = |log: &&Ranked<'_>| {
             let (other, of_other) = value(log);
-            other == least || other - least <= 2.0 * sigma.hypot(of_other)
+            other == least || other - least <= SURE_SIGMAS * sigma.hypot(of_other)
         };
         let tied = logs[first..].iter().take_while(cannot_be_told_apart);
         let end = first + tied.count();

@@ -53,6 +53,8 @@ pub(super) struct Asc<R> {
 /// Kind of a line of an ASC file.
 enum Line {
     Frame,
+    /// A frame of CAN XL.
+    Xl,
     /// An event of another kind, or a comment.
     Other,
     Wrong,
@@ -95,6 +97,9 @@ impl<R: BufRead> Asc<R> {
                     }
                     return Ok(true);
                 }
+                Line::Xl => lost.note(word!(
+                    "frames of CAN XL are left out: those of classical CAN and CAN FD are read"
+                )),
                 Line::Other => {}
                 Line::Wrong => {
                     let shown = shown(&line);
@@ -169,6 +174,7 @@ impl<R: BufRead> Asc<R> {
                 Some(()) => Line::Frame,
                 None => Line::Wrong,
             },
+            Some(b"CANXL") => Line::Xl,
             Some(word) => match decimal(word) {
                 Some(channel) => self.classical(channel, words, frame, channels),
                 // statistics, trigger, other buses

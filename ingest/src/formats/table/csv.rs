@@ -12,17 +12,18 @@ use csv::{ByteRecord, Reader, ReaderBuilder};
 use tipwatch_language::{say, word};
 
 use super::{
+    coarse_times::{CoarseTimes, HeldRows},
     columns::Columns,
     lost_rows::{LostRows, Place, Problem},
-    rows::{Counted, RowTopic},
+    rows::RowTopic,
 };
 use crate::{
     file::LogFile,
     formats::reader::{FileReader, Request},
     message::{Error, Losses, TopicTable},
     table::{
-        BySignal, DaysPassed, Kind, Mark, Refusal, TableOptions, TextTable, decimal_mark,
-        grouped_once, is_ambiguous, join_blanks, number,
+        BySignal, CounterTurns, DaysPassed, Kind, Mark, Refusal, TableOptions, TextTable,
+        decimal_mark, grouped_once, is_ambiguous, join_blanks, number, with_unit,
     },
 };
 
@@ -45,6 +46,8 @@ pub(crate) struct CsvReader {
     signals: Option<Signals>,
     /// Whether a mark in the numbers of a column stands between groups of digits, by column.
     grouped: Vec<bool>,
+    /// Whether numbers of a column are read that have a unit behind them, by column.
+    with_unit: Vec<bool>,
 }
 
 impl CsvReader {
@@ -100,6 +103,7 @@ impl CsvReader {
             columns,
             signals,
             grouped: Vec::new(),
+            with_unit: Vec::new(),
         };
         csv.scan(losses)?;
         topics.add_messages(csv.rows.topic, Some(csv.rows.counted.rows));
@@ -111,19 +115,21 @@ impl CsvReader {
         losses.integrity.checksums_absent = true;
         let mut odd = vec![OddCells::default(); self.columns.names.len()];
         let mut lacks_zone = false;
+        let mut turns = 0_u64;
         let mut time_decimals = Decimals::default();
         let mut remarks = 0_u64;
-        let mut counted = Counted::default();
+        let mut times = CoarseTimes::default();
         let mut lost = LostRows::default();
         self.each_row(&mut |row, place| {
             match row {
                 Ok(row) => {
                     lacks_zone |= row.lacks_zone;
+                    turns += u64::from(row.begins_again);
                     (row.time_decimal.into_iter()).for_each(|mark| time_decimals.see(mark));
                     for (odd, cell) in odd.iter_mut().zip(row.cells) {
                         odd.count(cell);
                     }
-                    counted.count(row.time_ns);
+                    times.count(row.time_ns, row.cells.iter().map(Cell::as_number));
                     lost.intact(row.time_ns);
                 }
                 Err(problem) if problem.is_remark() => remarks += 1,
@@ -144,8 +150,13 @@ impl CsvReader {
                 "{name}: {remarks} lines are no rows: they begin with # or repeat the names of the columns"
             ));
         }
-        counted.note_coarse(path, losses);
-        self.rows.counted = counted;
+        self.rows.counted = times.finish(path, losses);
+        if turns > 0 {
+            losses.note(say!(
+                "{name}: the time falls back as a counter that begins again at 0, or by an hour as at the end of summer time ({turns} times): its times \
+                 go on"
+            ));
+        }
         if lacks_zone {
             losses.note(say!(
                 "{name}: times are stated without a time zone: UTC is assumed"
@@ -159,6 +170,8 @@ impl CsvReader {
         for (odd, _) in odd.iter_mut().zip(grouped).filter(|(_, is)| !**is) {
             odd.count += odd.only_grouped;
         }
+        self.with_unit = odd.iter_mut().map(OddCells::has_one_unit).collect();
+        note_units(&name, (&self.columns.names, &odd), losses);
         note_odd_cells(&name, &self.columns.names, &odd, losses);
         Ok(())
     }
@@ -251,7 +264,7 @@ impl Lines {
         let mut reader = reader(file, table.separator);
         let mut row = ByteRecord::new();
         let mut cells = Vec::new();
-        let mut days = DaysPassed::default();
+        let mut passed = (DaysPassed::default(), CounterTurns::default());
         let mut has_other_columns = false;
         loop {
             let before = reader.position().clone();
@@ -307,7 +320,7 @@ impl Lines {
                 continue;
             }
             cells.clear();
-            let mut line = self.read(&row, &mut cells, &mut days);
+            let mut line = self.read(&row, &mut cells, &mut passed);
             if has_other_columns || line.is_err() {
                 let names = self.names_columns(&row);
                 has_other_columns = names.unwrap_or(has_other_columns);
@@ -392,7 +405,7 @@ impl Lines {
         &self,
         record: &'c ByteRecord,
         cells: &'c mut Vec<Cell>,
-        days: &mut DaysPassed,
+        (days, turns): &mut (DaysPassed, CounterTurns),
     ) -> Result<Line<'c>, Problem> {
         let width = self.table.names.len();
         // a separator at the end of a row begins no cell
@@ -431,9 +444,12 @@ impl Lines {
                 ),
             });
         };
-        let time_ns = match time.kind {
-            Kind::TimeOfDay => days.after(time_ns),
-            _ => time_ns,
+        let lacks_zone = time.lacks_zone(&texts);
+        let (time_ns, begins_again) = match time.kind {
+            Kind::TimeOfDay => (days.after(time_ns), false),
+            Kind::Multiples(_) => turns.after(time_ns, time.kind),
+            Kind::Text(_) if lacks_zone => turns.after(time_ns, time.kind),
+            Kind::Text(_) | Kind::SpreadsheetDays => (time_ns, false),
         };
         let is_number = matches!(time.kind, Kind::Multiples(_) | Kind::SpreadsheetDays);
         let time_decimal = texts.first().filter(|_| is_number);
@@ -449,7 +465,8 @@ impl Lines {
             row: Row {
                 time_ns,
                 cells,
-                lacks_zone: time.lacks_zone(&texts),
+                lacks_zone,
+                begins_again,
                 time_decimal,
             },
         })
@@ -474,8 +491,11 @@ impl Lines {
             None => match text.to_ascii_lowercase().as_str() {
                 "true" => Cell::whole(1.0),
                 "false" => Cell::whole(0.0),
-                text if MISSING.contains(&text) => Cell::Missing,
-                _ => Cell::Other(text.to_owned()),
+                lower if MISSING.contains(&lower) => Cell::Missing,
+                _ => match with_unit(text, has_decimal_comma) {
+                    Some((number, unit)) => Cell::WithUnit(number, unit.to_owned()),
+                    None => Cell::Other(text.to_owned()),
+                },
             },
         }
     }
@@ -580,6 +600,7 @@ impl Signals {
         Ok(OneSignal {
             time_ns: line.row.time_ns,
             lacks_zone: line.row.lacks_zone,
+            begins_again: line.row.begins_again,
             first_column: place * self.by.values.len(),
             cells: (self.by.values.iter())
                 .map(|&at| lines.cell(line.record.get(at).unwrap_or_default()))
@@ -592,6 +613,7 @@ impl Signals {
 struct OneSignal {
     time_ns: i64,
     lacks_zone: bool,
+    begins_again: bool,
     first_column: usize,
     cells: Vec<Cell>,
 }
@@ -601,6 +623,7 @@ struct JoinedRow {
     time_ns: i64,
     cells: Vec<Cell>,
     lacks_zone: bool,
+    begins_again: bool,
     place: Place,
 }
 
@@ -612,6 +635,7 @@ impl JoinedRow {
             time_ns: first.time_ns,
             cells,
             lacks_zone: first.lacks_zone,
+            begins_again: first.begins_again,
             place: place.clone(),
         };
         joined.add(first, place);
@@ -639,6 +663,7 @@ impl JoinedRow {
             time_ns: self.time_ns,
             cells: &self.cells,
             lacks_zone: self.lacks_zone,
+            begins_again: self.begins_again,
             time_decimal: None,
         };
         take(Ok(row), self.place)
@@ -659,6 +684,8 @@ enum Cell {
         plain: Option<f64>,
         mark: Mark,
     },
+    /// A number and the unit behind it.
+    WithUnit(f64, String),
     Missing,
     Other(String),
 }
@@ -671,6 +698,15 @@ impl Cell {
             digits: 0,
         }
     }
+
+    /// The number, to compare it with others of its column: a mark that may stand between groups of digits does. NaN for none.
+    fn as_number(&self) -> f64 {
+        match self {
+            Self::Number { number, .. } | Self::WithUnit(number, _) => *number,
+            Self::Grouped { whole, .. } => *whole,
+            Self::Missing | Self::Other(_) => f64::NAN,
+        }
+    }
 }
 
 struct Row<'c> {
@@ -678,6 +714,8 @@ struct Row<'c> {
     cells: &'c [Cell],
     /// Whether the date of the row has no time zone.
     lacks_zone: bool,
+    /// Whether its time falls back as a counter that begins again at 0, or as at the end of summer time.
+    begins_again: bool,
     /// The mark before the decimals of its time, if that is a number.
     time_decimal: Option<Mark>,
 }
@@ -735,6 +773,10 @@ struct OddCells {
     /// Whether the column has whole numbers of three digits without a mark, and of more.
     has_hundreds: bool,
     has_thousands: bool,
+    /// Cells with a unit behind their number: how many, the first one's unit, and whether others have another.
+    with_unit: u64,
+    unit: Option<String>,
+    has_other_unit: bool,
 }
 
 impl OddCells {
@@ -777,8 +819,26 @@ impl OddCells {
                 self.only_grouped += u64::from(plain.is_none());
                 self.has_number |= plain.is_some();
             }
+            Cell::WithUnit(number, unit) => {
+                if self.count == 0 && self.example.is_empty() {
+                    self.example = format!("{number} {unit}");
+                }
+                self.with_unit += 1;
+                let first = self.unit.get_or_insert_with(|| unit.clone());
+                self.has_other_unit |= first != unit;
+            }
             Cell::Missing => {}
         }
+    }
+
+    /// Whether the numbers with units have one unit. Of several none is read: they are counted as cells that are not numbers.
+    fn has_one_unit(&mut self) -> bool {
+        if self.has_other_unit {
+            self.count += self.with_unit;
+            return false;
+        }
+        self.has_number |= self.with_unit > 0;
+        self.with_unit > 0
     }
 
     /// Whether the marks in the column's numbers stand between groups of digits. The column itself decides, else the decimals of
@@ -814,6 +874,24 @@ fn note_grouped(
             column.escape_debug(),
             odd.grouped
         ));
+    }
+}
+
+/// Names the units that are left out behind the numbers of columns, and the columns that have several.
+fn note_units(name: &str, (columns, odd): (&[String], &[OddCells]), losses: &mut Losses) {
+    for (column, odd) in columns.iter().zip(odd) {
+        let (Some(unit), column) = (&odd.unit, column.escape_debug()) else {
+            continue;
+        };
+        let unit = unit.escape_debug();
+        losses.note(match odd.has_other_unit {
+            false => say!(
+                "{name}: column \"{column}\": the unit \"{unit}\" behind its numbers is left out: scale of the machine file converts them"
+            ),
+            true => say!(
+                "{name}: column \"{column}\": expected one unit behind its numbers, found \"{unit}\" and others: no number with a unit is read"
+            ),
+        });
     }
 }
 
@@ -859,24 +937,32 @@ impl FileReader for CsvReader {
             return Ok(flow);
         }
         let (mut message, mut values, mut count) = (Vec::new(), Vec::new(), 0);
+        let mut held = HeldRows::new(self.rows.counted.spread);
+        let mut visit = |time_ns: i64, values: &[f64]| {
+            let flow = self
+                .rows
+                .visit(count, time_ns, values, &mut message, request);
+            count += 1;
+            flow
+        };
         self.each_row(&mut |row, _| {
             if let Ok(row) = row {
                 values.clear();
-                let cells = row.cells.iter().zip(&self.grouped);
-                values.extend(cells.map(|(cell, &is_grouped)| match cell {
+                let cells = row.cells.iter().zip(&self.grouped).zip(&self.with_unit);
+                values.extend(cells.map(|((cell, &is_grouped), &with_unit)| match cell {
                     Cell::Number { number, .. } => *number,
+                    Cell::WithUnit(number, _) if with_unit => *number,
                     Cell::Grouped { whole, .. } if is_grouped => *whole,
                     Cell::Grouped { plain, .. } => plain.unwrap_or(f64::NAN),
-                    Cell::Missing | Cell::Other(_) => f64::NAN,
+                    Cell::WithUnit(..) | Cell::Missing | Cell::Other(_) => f64::NAN,
                 }));
-                let time_ns = row.time_ns;
-                flow = self
-                    .rows
-                    .visit(count, time_ns, &values, &mut message, request);
-                count += 1;
+                flow = held.push(row.time_ns, &values, &mut visit);
             }
             flow
         })?;
+        if flow.is_continue() {
+            flow = held.end(&mut visit);
+        }
         Ok(flow)
     }
 

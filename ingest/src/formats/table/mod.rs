@@ -1,5 +1,6 @@
 //! Tables as logs: a column of time, and a topic `table` with a number for every other column.
 
+mod coarse_times;
 mod columns;
 mod csv;
 mod lost_rows;

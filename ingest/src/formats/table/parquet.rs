@@ -25,8 +25,9 @@ use parquet::{
 use tipwatch_language::{say, word};
 
 use super::{
+    coarse_times::{CoarseTimes, HeldRows},
     columns::{Columns, TOPIC},
-    rows::{Counted, RowTopic},
+    rows::RowTopic,
 };
 use crate::{
     file::LogFile,
@@ -225,13 +226,12 @@ impl ParquetReader {
             numbers,
             rows: RowTopic::register(&columns, bytes, topics),
         };
-        let mut counted = Counted::default();
-        let _ = reader.each_row(losses, &mut |time_ns, _| {
-            counted.count(time_ns);
+        let mut times = CoarseTimes::default();
+        let _ = reader.each_row(losses, &mut |time_ns, values| {
+            times.count(time_ns, values.iter().copied());
             ControlFlow::Continue(())
         })?;
-        counted.note_coarse(path, losses);
-        reader.rows.counted = counted;
+        reader.rows.counted = times.finish(path, losses);
         topics.add_messages(reader.rows.topic, Some(reader.rows.counted.rows));
         Ok(reader)
     }
@@ -887,13 +887,20 @@ impl FileReader for ParquetReader {
         let mut message = Vec::new();
         let mut count = 0;
         let mut losses = Losses::default();
-        let flow = self.each_row(&mut losses, &mut |time_ns, values| {
+        let mut held = HeldRows::new(self.rows.counted.spread);
+        let mut visit = |time_ns: i64, values: &[f64]| {
             let flow = self
                 .rows
                 .visit(count, time_ns, values, &mut message, request);
             count += 1;
             flow
+        };
+        let mut flow = self.each_row(&mut losses, &mut |time_ns, values| {
+            held.push(time_ns, values, &mut visit)
         })?;
+        if flow.is_continue() {
+            flow = held.end(&mut visit);
+        }
         request.losses.merge(&losses);
         Ok(flow)
     }

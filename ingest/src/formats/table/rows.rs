@@ -1,13 +1,14 @@
 //! Rows as messages: what both kinds of table share.
 
-use std::{ops::ControlFlow, path::Path};
+use std::ops::ControlFlow;
 
-use tipwatch_language::say;
-
-use super::columns::{Columns, TOPIC, TYPE};
+use super::{
+    coarse_times::Counted,
+    columns::{Columns, TOPIC, TYPE},
+};
 use crate::{
     formats::reader::Request,
-    message::{Losses, RawMessage, TopicDescription, TopicId, TopicTable},
+    message::{RawMessage, TopicDescription, TopicId, TopicTable},
     schema::CDR,
 };
 
@@ -20,38 +21,6 @@ pub(super) struct RowTopic {
     pub(super) topic: TopicId,
     pub(super) bytes: u64,
     pub(super) counted: Counted,
-}
-
-/// Counts of the first pass over the rows.
-#[derive(Debug, Default, Clone, Copy)]
-pub(super) struct Counted {
-    pub(super) rows: u64,
-    pub(super) span_ns: Option<(i64, i64)>,
-    last_ns: Option<i64>,
-    /// Rows with the time of the row before.
-    repeated: u64,
-}
-
-impl Counted {
-    /// Counts a row of the first pass.
-    pub(super) fn count(&mut self, time_ns: i64) {
-        self.rows += 1;
-        self.repeated += u64::from(self.last_ns.replace(time_ns) == Some(time_ns));
-        let (first, last) = self.span_ns.unwrap_or((time_ns, time_ns));
-        self.span_ns = Some((first.min(time_ns), last.max(time_ns)));
-    }
-
-    /// Tells if the times are too coarse for the rows.
-    pub(super) fn note_coarse(&self, path: &Path, losses: &mut Losses) {
-        let Self { rows, repeated, .. } = self;
-        if 2 * repeated > *rows {
-            losses.note(say!(
-                "{}: {repeated} of {rows} rows have the time of the row before: of rows of one time, each column has one value; \
-                 --time-column NAME states a finer time",
-                path.display()
-            ));
-        }
-    }
 }
 
 impl RowTopic {

@@ -87,19 +87,26 @@ impl Commands {
     }
 }
 
-/// Whether a level reaches a threshold; `None` for an unknown level, of which neither can be said.
-fn reaches(level: Level, threshold: Level) -> Option<bool> {
-    (level != Level::Unknown).then_some(level >= threshold)
+/// Whether the level of a verdict reaches a threshold; `None` where neither can be said: the level is unknown, or a lower one is held
+/// while nobody knows which supports are on the ground.
+fn reaches(view: &View<'_>, threshold: Level) -> Option<bool> {
+    let level = view.level();
+    let is_ground_known = view.verdict.is_none_or(|it| it.ground_gap().is_none());
+    match level >= threshold {
+        _ if level == Level::Unknown => None,
+        true => Some(true),
+        false => is_ground_known.then_some(false),
+    }
 }
 
 impl VerdictSink for Commands {
     fn show(&mut self, view: &View<'_>) {
-        // an unknown level changes nothing: it neither alarms nor says that all is well
-        let Some(is_reached) = reaches(view.level(), self.rule.level) else {
-            return;
-        };
         self.has_begun |= view.verdict.is_some();
         let since_ns = *self.waits_since_ns.get_or_insert(view.now_ns);
+        // what is unknown changes nothing: it neither alarms nor says that all is well
+        let Some(is_reached) = reaches(view, self.rule.level) else {
+            return;
+        };
         if !self.has_begun && view.now_ns.saturating_sub(since_ns) < START_UP_NS {
             return;
         }
@@ -230,9 +237,12 @@ fn lock(state: &Mutex<State>) -> MutexGuard<'_, State> {
 
 #[cfg(test)]
 mod tests {
+    use tipwatch_mechanics::estimation::support_configuration::GroundGap;
+
     use super::*;
     use crate::wire::names::Names;
     use crate::wire::topics::WireVerdict;
+    use crate::wire::verdict::GroundUnknown;
 
     struct Trial {
         folder: tempfile::TempDir,
@@ -267,7 +277,12 @@ mod tests {
         }
 
         fn show(&mut self, level: Option<Level>) -> Duration {
+            self.show_on(level, 0)
+        }
+
+        fn show_on(&mut self, level: Option<Level>, ground_gap: u32) -> Duration {
             let mut verdict = WireVerdict::unknown();
+            verdict.ground_gap = ground_gap;
             let level_number = level.map_or(0, |level| level as u32);
             (verdict.level, verdict.latched_level) = (level_number, level_number);
             verdict.wheel_count = 2;
@@ -324,6 +339,37 @@ mod tests {
         );
     }
 
+    /// A danger that was taken back while the weight passes to other supports leaves the warning before it.
+    #[test]
+    fn nothing_is_left_while_the_ground_is_unknown() {
+        let gaps = [
+            GroundUnknown::Gap(GroundGap::Transition),
+            GroundUnknown::Gap(GroundGap::Taken),
+            GroundUnknown::Impossible,
+            GroundUnknown::NoReferenceLoads,
+        ];
+        for gap in gaps.map(GroundUnknown::number) {
+            let mut trial = Trial::new(ECHO, 10_000);
+            // a wheel that carries nothing is one on any ground
+            trial.show_on(Some(Level::Danger), gap);
+            settle();
+            trial.show_on(Some(Level::Warning), gap);
+            settle();
+            trial.show(Some(Level::Danger));
+            settle();
+            trial.show(Some(Level::Warning));
+            settle();
+            assert_eq!(
+                trial.lines(),
+                [
+                    "reached danger fr -20.0000",
+                    "left warning fr -20.0000",
+                    "ended fault"
+                ]
+            );
+        }
+    }
+
     #[test]
     fn a_verdict_that_expires_counts_as_a_fault_and_one_that_never_comes_too() {
         let mut trial = Trial::new(ECHO, 10_000);
@@ -331,6 +377,12 @@ mod tests {
         trial.show(None);
         settle();
         assert_eq!(trial.lines()[0], "reached fault");
+        // nor does one that was unknown begin the wait for a first one
+        let mut trial = Trial::new(ECHO, 10_000);
+        trial.show(Some(Level::Unknown));
+        trial.show(None);
+        settle();
+        assert_eq!(trial.lines(), ["reached fault", "ended fault"]);
         let mut trial = Trial::new(ECHO, 10_000);
         for _ in 0..190 {
             trial.show(None);

@@ -8,6 +8,9 @@ const GONE_NS: i64 = 1_000_000_000;
 /// Losses in one gap that are told; a counter that jumps further has restarted.
 const MOST_LOST: u64 = 1_000_000;
 
+/// Fewest messages by which a counter is seen to have begun anew.
+const FEWEST_OF_A_RESTART: u32 = 3;
+
 /// The publishers of one topic.
 #[derive(Debug, Clone, Default)]
 pub struct Publishers {
@@ -30,6 +33,16 @@ struct Owner {
     publisher: u128,
     sequence: Option<u64>,
     last_ns: i64,
+    /// Messages that count as repeated, with no new one between them and each with a larger counter than the one before.
+    again: Option<Again>,
+}
+
+/// Such messages: their last counter, the time of the first (ns), and how many there are.
+#[derive(Debug, Clone, Copy)]
+struct Again {
+    sequence: u64,
+    since_ns: i64,
+    count: u32,
 }
 
 /// Reason for which a message is not used.
@@ -51,7 +64,7 @@ pub enum Admission {
     },
     /// The message is left out.
     Refused(Refused),
-    /// The message is of another publisher, after the one before has gone: a restart.
+    /// The message is of another publisher, after the one before has gone, or of one whose counter has begun anew: a restart.
     Restarted,
 }
 
@@ -72,6 +85,7 @@ impl Publishers {
                     publisher,
                     sequence,
                     last_ns: now_ns,
+                    again: None,
                 },
                 joints: joints.into_iter().map(<[u8]>::to_vec).collect(),
                 second_until_ns: None,
@@ -105,6 +119,13 @@ impl Publishers {
     }
 }
 
+impl Again {
+    /// Whether the counter has begun anew: messages that were sent again are fewer, or come among new ones.
+    fn is_restart(self, now_ns: i64) -> bool {
+        self.count >= FEWEST_OF_A_RESTART && now_ns.saturating_sub(self.since_ns) > GONE_NS
+    }
+}
+
 impl Share {
     /// Whether messages with these joints overlap with those of this publisher; messages without joints overlap with all.
     fn shares(&self, joints: &[&[u8]]) -> bool {
@@ -126,6 +147,7 @@ impl Share {
                     publisher,
                     sequence,
                     last_ns: now_ns,
+                    again: None,
                 };
                 self.joints = joints.iter().map(|joint| joint.to_vec()).collect();
                 self.second_until_ns = None;
@@ -141,6 +163,19 @@ impl Share {
         }
         owner.last_ns = now_ns;
         let before = owner.sequence;
+        let repeated = sequence.filter(|now| before.is_some_and(|before| *now <= before));
+        owner.again = repeated.map(|sequence| {
+            let goes_on = owner.again.filter(|again| again.sequence < sequence);
+            Again {
+                sequence,
+                since_ns: goes_on.map_or(now_ns, |again| again.since_ns),
+                count: goes_on.map_or(1, |again| again.count.saturating_add(1)),
+            }
+        });
+        if owner.again.is_some_and(|again| again.is_restart(now_ns)) {
+            (owner.sequence, owner.again) = (sequence, None);
+            return Admission::Restarted;
+        }
         owner.sequence = sequence.max(before);
         if self.second_until_ns.is_some_and(|until| now_ns <= until) {
             return Admission::Refused(Refused::TwoPublishers);
@@ -210,6 +245,41 @@ mod tests {
             publishers.admit(2, None, Some(3), 1010 * MS),
             Admission::Used { lost: 0 }
         );
+    }
+
+    #[test]
+    fn a_counter_that_begins_anew_is_a_restart_and_no_repetition_for_ever() {
+        let mut publishers = Publishers::default();
+        let mut admit = |at: i64, sequence| publishers.admit(1, None, Some(sequence), at * 10 * MS);
+        for at in 0..100 {
+            assert_eq!(admit(at, 500 + at as u64), Admission::Used { lost: 0 });
+        }
+        // a single message may come again
+        assert_eq!(admit(100, 550), Admission::Refused(Refused::Repeated));
+        assert_eq!(admit(101, 600), Admission::Used { lost: 0 });
+        let admitted: Vec<_> = (0..200).map(|k| admit(102 + k, 1 + k as u64)).collect();
+        let repeated = Admission::Refused(Refused::Repeated);
+        let place = admitted.iter().position(|it| *it == Admission::Restarted);
+        let place = place.unwrap();
+        assert!((100..103).contains(&place), "{place}");
+        assert!(admitted[..place].iter().all(|it| *it == repeated));
+        let used = Admission::Used { lost: 0 };
+        assert!(admitted[place + 1..].iter().all(|it| *it == used));
+        // nor do messages of a slow topic that come again
+        let mut slow = Publishers::default();
+        for (at_s, sequence, admission) in [
+            (0, 1, used),
+            (2, 2, used),
+            (4, 1, repeated),
+            (6, 2, repeated),
+            (8, 3, used),
+            (10, 3, repeated),
+            (12, 3, repeated),
+            (14, 3, repeated),
+        ] {
+            let found = slow.admit(1, None, Some(sequence), at_s * 1000 * MS);
+            assert_eq!(found, admission, "{at_s}");
+        }
     }
 
     /// A message of joint states: no stamp, no frame.

@@ -129,7 +129,7 @@ impl SessionRun {
         match admission {
             Admission::Restarted => {
                 return Ok(Some(Ending::Restart(format!(
-                    "{name}: another publisher has taken the place of the one before"
+                    "{name}: another publisher has taken the place of the one before, or the counter of its messages has begun anew"
                 ))));
             }
             Admission::Refused(Refused::TwoPublishers) => {

@@ -1,12 +1,12 @@
 //! Sample by sample: from the sensors to the difference filter and its division.
 
-use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 use super::difference_filter::DifferenceFilter;
 use super::split::{Stated, between, divided};
 use crate::estimation::plausibility::{Judgement, Treatment};
 use crate::machine::Machine;
-use crate::state::{AccelerometerBias, Sample, Sensor, Sensors};
+use crate::state::{AccelerometerBias, Sample, Sensor, Sensors, measured_up};
 
 /// Shortest time between two velocities that are used (s): the errors of closer ones are not independent.
 const LEAST_STEP_S: f64 = 0.2;
@@ -20,8 +20,6 @@ const STANDING: f64 = 0.02;
 const STANDING_ERROR: f64 = 0.02;
 /// Time over which errors of the attitude in motion persist (s).
 const ATTITUDE_ERROR_S: f64 = 0.1;
-/// Inclination below which an orientation has no roll and pitch, but only a heading (rad).
-const PLANAR: f64 = 1e-9;
 /// Standard deviation of the tilt where no attitude is measured (rad).
 const UNKNOWN_TILT: f64 = 1.0;
 
@@ -164,7 +162,7 @@ impl BiasEstimator {
         let (stamp_ns, values) = (sample.stamp_ns, sample.values);
         match sample.sensor {
             Sensor::Imu if !first && !second => {
-                let attitude = (!third).then(|| up_in_sensor(&values[6..])).flatten();
+                let attitude = (!third).then(|| measured_up(&values[6..])).flatten();
                 self.take_imu(stamp_ns, values, attitude);
             }
             Sensor::Odometry if !first => {
@@ -370,16 +368,4 @@ impl BiasHistory {
         let share = time_ns.saturating_sub(from) as f64 / to.saturating_sub(from).max(1) as f64;
         between(&before, &after, share)
     }
-}
-
-/// Up direction in the axes of a sensor with this orientation; `None` where it is unknown, or a heading alone.
-fn up_in_sensor(xyzw: &[f64]) -> Option<Vector3<f64>> {
-    let &[x, y, z, w] = xyzw else { return None };
-    let quaternion = Quaternion::new(w, x, y, z);
-    let inclination = (x * x + y * y).sqrt();
-    // Written so that NaN is rejected.
-    let is_orientation = (quaternion.norm() - 1.0).abs() <= 0.1 && inclination > PLANAR;
-    is_orientation.then(|| {
-        UnitQuaternion::from_quaternion(quaternion).inverse_transform_vector(&Vector3::z())
-    })
 }

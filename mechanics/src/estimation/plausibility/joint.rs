@@ -47,6 +47,16 @@ pub(super) struct JointLimits {
     pub(super) wraps: bool,
 }
 
+impl JointLimits {
+    /// Difference between two positions; for a joint without limits the shorter way round.
+    fn step(&self, from: f64, to: f64) -> f64 {
+        match self.wraps {
+            true => shorter_way(to - from),
+            false => to - from,
+        }
+    }
+}
+
 /// State of the checks of one joint.
 #[derive(Debug, Clone)]
 pub(super) struct JointWatch {
@@ -330,8 +340,7 @@ impl JointWatch {
         if self.limits.spins_wheel {
             return;
         }
-        let wraps = self.limits.wraps;
-        (self.pace).take(stamp_ns, position, limits, |a, b| step(wraps, a, b));
+        (self.pace).take(stamp_ns, position, limits, |a, b| self.limits.step(a, b));
         let rests = !self.moves;
         let stopped = (self.flicker).stopped_ns(stamp_ns, position, rests, works, limits);
         // whatever works meanwhile, it is measured again when it shows something else
@@ -420,7 +429,7 @@ impl JointWatch {
             .max(frozen.interval_s);
         // by its motion before: a velocity that is derived from the positions explains every step
         let explained = 2.0 * frozen.rate.abs() * since_s + NOISE * frozen.noise;
-        let goes_on = self.step(frozen.position, here.position).abs() <= explained;
+        let goes_on = self.limits.step(frozen.position, here.position).abs() <= explained;
         let moved = explained + 2.0 * POSITION_ALLOWANCE;
         let still_s = limits.elapsed_s(frozen.since_ns, frozen.last_ns);
         let off = |rate: f64| {
@@ -523,7 +532,7 @@ impl JointWatch {
             return true;
         }
         let elapsed_s = self.longest_s(good, here, limits);
-        let step = self.step(good.position, position).abs();
+        let step = self.limits.step(good.position, position).abs();
         let limit = self.limits.max_velocity;
         let mut notice = |since_ns: i64| {
             found(
@@ -534,7 +543,7 @@ impl JointWatch {
         };
         let begins = Jump {
             since_ns: stamp_ns,
-            by: self.step(good.position, position),
+            by: self.limits.step(good.position, position),
             moved: self.moved_between(good, here, elapsed_s),
             last: here,
         };
@@ -578,7 +587,7 @@ impl JointWatch {
             return;
         };
         let moved = self.farthest(before, here, limits);
-        let by = self.step(before.position, here.position);
+        let by = self.limits.step(before.position, here.position);
         if by.abs() > moved {
             found(Notice::offset(since_ns, by, moved));
         }
@@ -623,7 +632,7 @@ impl JointWatch {
     /// An error of the velocities shows over many samples, a position that jumps in one. Of a value that is read less often than it
     /// is sent, `dt` is between the time from sample to sample, none if it repeats itself, and that from when it was read.
     fn can_reach(&self, from: Held, to: Held, limits: &Limits) -> bool {
-        let step = self.step(from.position, to.position);
+        let step = self.limits.step(from.position, to.position);
         let shortest_s = match step == 0.0 && self.flicker.may_repeat() {
             true => 0.0,
             false => self.shortest_s(from, to, limits),
@@ -699,7 +708,7 @@ impl JointWatch {
             (self.run, self.run_since_ns) = (1, stamp_ns);
         }
         let dt = limits.elapsed_s(last_ns, stamp_ns);
-        let step = self.step(last_position, position);
+        let step = self.limits.step(last_position, position);
         let derived = step / dt.max(self.period_s);
         let velocity = if rate.is_finite() { rate } else { derived };
         let slowest = if self.limits.spins_wheel { 10.0 } else { 1.0 } * MOVING_RATE;
@@ -758,18 +767,6 @@ impl JointWatch {
         };
         found(notice);
         true
-    }
-
-    /// Difference between two positions; for a joint without limits the shorter way round.
-    fn step(&self, from: f64, to: f64) -> f64 {
-        step(self.limits.wraps, from, to)
-    }
-}
-
-fn step(wraps: bool, from: f64, to: f64) -> f64 {
-    match wraps {
-        true => shorter_way(to - from),
-        false => to - from,
     }
 }
 

@@ -3,7 +3,8 @@
 
 use crate::machine::{Proof, Proofs};
 
-/// A signal that failed visibly: it jumped where it cannot have gone, stopped to be measured, or may show other axes.
+/// A signal that failed visibly: it jumped where it cannot have gone, stopped to be measured, may show other axes, or does not show what
+/// is asked of its joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SignalDoubt {
     /// The signal: a joint, the specific force, or the angular velocity of an IMU whose housing may have turned.
@@ -15,7 +16,8 @@ pub struct SignalDoubt {
     /// The part of `by` that may be motion, or does no harm (same unit): after a jump back to a sum that is not larger, the joint is
     /// back. All of it for a joint that has lost counts. Zero for the mean length of the specific force.
     /// For a joint that is not measured any more: its velocity then (rad/s or m/s). Infinite if the lean of the platform has
-    /// contradicted its standstill, whether it is measured again or not: a doubt of its own, beside another one.
+    /// contradicted its standstill, whether it is measured again or not, and minus infinity if it does not show what its controller asks:
+    /// doubts of their own, beside another one.
     pub moved: f64,
 }
 
@@ -49,12 +51,15 @@ impl SignalDoubt {
         }
     }
 
-    /// Returns the signals that the doubt leaves unproven without doubting a row: those of an IMU whose housing may have turned.
+    /// Returns the signals that the doubt leaves unproven without doubting a row: those of an IMU whose housing may have turned, and a
+    /// joint that does not show what its controller asks.
     #[must_use]
     pub fn disputed(&self) -> Proofs {
-        let of_imu = [Proof::SpecificForce, Proof::AngularVelocity];
-        let is_turned = self.signal == Proof::AngularVelocity;
-        of_imu.into_iter().filter(|_| is_turned).collect()
+        match self.signal {
+            Proof::AngularVelocity => Proof::OF_IMU.into_iter().collect(),
+            joint if self.disobeys() => [joint].into_iter().collect(),
+            _ => Proofs::NONE,
+        }
     }
 
     /// Whether the doubt is about the mean length of the specific force, and not that it has stepped.
@@ -82,6 +87,15 @@ impl SignalDoubt {
         }
     }
 
+    /// Creates the doubt that a joint does not show what its controller asks.
+    pub(in crate::estimation) fn disobedient(joint: usize) -> Self {
+        Self {
+            signal: Proof::Joint(joint),
+            by: 0.0,
+            moved: f64::NEG_INFINITY,
+        }
+    }
+
     /// Returns the `moved` of a doubt that was stated before velocities had a sign: what was contradicted as stopped moved by -1, and the
     /// velocity of a joint that stopped was its size. Whichever way it moved, such a joint has lost counts where it goes on.
     #[must_use]
@@ -95,13 +109,19 @@ impl SignalDoubt {
     /// Whether the doubt is that a joint is not measured any more.
     #[must_use]
     pub fn is_frozen(&self) -> bool {
-        self.by == 0.0 && !self.has_stopped_once()
+        self.by == 0.0 && self.moved.is_finite()
     }
 
     /// Whether the doubt is that the lean of the platform has contradicted the standstill of a joint, which may be measured again.
     #[must_use]
     pub fn has_stopped_once(&self) -> bool {
         self.by == 0.0 && self.moved == f64::INFINITY
+    }
+
+    /// Whether the doubt is that a joint does not show what its controller asks.
+    #[must_use]
+    pub fn disobeys(&self) -> bool {
+        self.by == 0.0 && self.moved == f64::NEG_INFINITY
     }
 }
 
@@ -117,7 +137,28 @@ mod tests {
             assert!(frozen.is_frozen() && !frozen.has_stopped_once());
         }
         let once = SignalDoubt::stopped_once(2);
-        assert!(once.has_stopped_once() && !once.is_frozen());
+        assert!(once.has_stopped_once() && !once.is_frozen() && !once.disobeys());
+        let idle = SignalDoubt::disobedient(2);
+        assert!(idle.disobeys() && !idle.is_frozen() && !idle.has_stopped_once());
+    }
+
+    #[test]
+    fn a_housing_that_may_have_turned_and_a_joint_that_does_not_obey_doubt_no_row() {
+        let turned = SignalDoubt {
+            signal: Proof::AngularVelocity,
+            by: 1.5,
+            moved: 0.1,
+        };
+        assert_eq!(turned.disputed(), Proof::OF_IMU.into_iter().collect());
+        let idle = SignalDoubt::disobedient(2);
+        assert_eq!(idle.disputed(), [Proof::Joint(2)].into_iter().collect());
+        for other in [
+            SignalDoubt::frozen(2, 0.3),
+            SignalDoubt::stopped_once(2),
+            SignalDoubt::of_length(1.5),
+        ] {
+            assert!(other.disputed().is_empty());
+        }
     }
 
     #[test]

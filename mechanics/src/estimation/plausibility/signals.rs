@@ -589,14 +589,16 @@ fn is_faster(vector: &[f64], limit: f64) -> bool {
 pub(super) fn joint_limits(machine: &Machine, joint: usize) -> JointLimits {
     let (spec, it) = (machine.plausibility(), &machine.joints()[joint]);
     let slides = machine.joint_slides(joint);
-    let of_kind = |turning: f64, sliding: f64| if slides { sliding } else { turning };
     let spins_wheel = it.spins_wheel.is_some();
     JointLimits {
         range: it.limits.filter(|_| !spins_wheel),
-        margin: of_kind(spec.joint_margin, spec.joint_margin_linear),
+        margin: spec.margin_of(slides),
         max_velocity: machine.greatest_joint_rate(joint),
         max_acceleration: spec.joint_acceleration_max,
-        rate_tolerance: of_kind(spec.rate_tolerance, spec.rate_tolerance_linear),
+        rate_tolerance: match slides {
+            true => spec.rate_tolerance_linear,
+            false => spec.rate_tolerance,
+        },
         spins_wheel,
         wraps: machine.joint_turns(joint),
     }

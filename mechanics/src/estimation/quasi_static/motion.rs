@@ -1,14 +1,13 @@
 //! The range of every signal at a row and until the next one.
 
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 
 use super::range::{Exceeded, MotionRange, Span};
 use super::reach;
-use super::sparse::is_needed;
 use super::usable::UsableSamples;
 use crate::estimation::smoother::{Chunk, SampleSource, SortedSamples};
 use crate::machine::{JointBounds, Machine};
-use crate::state::{Sensor, Sensors, State, tilt_is_measured};
+use crate::state::{Sensor, Sensors, State, measured_up};
 
 /// The motion that the samples of a log leave open. Stated greatest rates and accelerations that the log itself
 /// exceeds are raised to what it shows.
@@ -51,10 +50,7 @@ impl<S: SampleSource> UnobservedMotion<S> {
     /// Samples cannot be read.
     pub fn new(machine: &Machine, sensors: &Sensors, sources: Vec<S>) -> Result<Self, S::Error> {
         let mut samples: Vec<UsableSamples<S>> = Vec::new();
-        for source in sources
-            .into_iter()
-            .filter(|s| is_needed(sensors, s.sensor()))
-        {
+        for source in sources.into_iter().filter(|s| sensors.need(s.sensor())) {
             let is_known = (samples.iter()).any(|known| known.sensor() == source.sensor());
             if let Some(sorted) = SortedSamples::new(source, sensors).filter(|_| !is_known) {
                 samples.push(UsableSamples::new(sorted)?);
@@ -333,7 +329,7 @@ impl<S: SampleSource> UnobservedMotion<S> {
         };
         let samples = [Some(&pair.from), pair.to.as_ref()];
         for values in samples.into_iter().flatten() {
-            let up = up(&values[6..]);
+            let up = measured_up(&values[6..]);
             let (centre, acceleration) = match (up, sensor) {
                 (Some(up), _) => (up * self.gravity, self.acceleration),
                 (None, Sensor::Imu) => (
@@ -491,9 +487,9 @@ impl<S: SampleSource> UnobservedMotion<S> {
             Sensor::Imu => {
                 for values in [Some(&pair.from), pair.to.as_ref()].into_iter().flatten() {
                     let f = Vector3::new(values[0], values[1], values[2]);
-                    let a = up(&values[6..]).map_or((f.norm() - self.gravity).abs(), |up| {
-                        (f - up * self.gravity).amax()
-                    });
+                    let by_length = (f.norm() - self.gravity).abs();
+                    let by_up = |up: Vector3<f64>| (f - up * self.gravity).amax();
+                    let a = measured_up(&values[6..]).map_or(by_length, by_up);
                     let w = Vector3::new(values[3], values[4], values[5]).amax();
                     shown.platform[0] = shown.platform[0].max(a);
                     shown.platform[1] = shown.platform[1].max(w);
@@ -542,14 +538,4 @@ fn unmeasured_rate(x: [f64; 2], t: f64, bounds: JointBounds) -> Span {
         true => reach::velocities(x, t, bounds.rate, bounds.acceleration),
         false => Span::at(0.0).widened(bounds.rate),
     }
-}
-
-/// The upward direction in the frame of an orientation, if that measures a tilt.
-fn up(xyzw: &[f64]) -> Option<Vector3<f64>> {
-    let &[x, y, z, w] = xyzw else { return None };
-    let quaternion = Quaternion::new(w, x, y, z);
-    let is_orientation = (quaternion.norm() - 1.0).abs() < 0.1 && tilt_is_measured(xyzw);
-    is_orientation.then(|| {
-        UnitQuaternion::from_quaternion(quaternion).inverse_transform_vector(&Vector3::z())
-    })
 }

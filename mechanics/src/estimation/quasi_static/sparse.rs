@@ -42,7 +42,7 @@ pub fn sparseness<S: SampleSource>(
     sources: &[S],
 ) -> Vec<Sparseness> {
     let max_gap_ns = (machine.estimator().max_gap * 1e9) as i64;
-    let needed = sources.iter().filter(|s| is_needed(sensors, s.sensor()));
+    let needed = sources.iter().filter(|s| sensors.need(s.sensor()));
     let found = needed.filter_map(|source| {
         let mut steps = steps_ns(source.stamps_ns());
         let gaps = steps.iter().filter(|&&step| step > max_gap_ns);
@@ -70,15 +70,4 @@ fn steps_ns(stamps_ns: &[i64]) -> Vec<i64> {
     let apart = sorted.windows(2).map(|p| p[1].saturating_sub(p[0]));
     steps.extend(apart.filter(|&step| step > 0));
     steps
-}
-
-/// Whether every row needs samples of a sensor.
-pub(super) fn is_needed(sensors: &Sensors, sensor: Sensor) -> bool {
-    match sensor {
-        Sensor::Joints(_) => true,
-        Sensor::Imu => sensors.imu,
-        Sensor::Odometry => !sensors.imu,
-        Sensor::ToolWrench => sensors.tool_wrench,
-        Sensor::Number(..) => false,
-    }
 }

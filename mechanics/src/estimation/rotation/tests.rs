@@ -6,6 +6,7 @@ use super::super::noise_of_tests::Noise;
 use super::edges::Edges;
 use super::suspension::SuspensionPlane;
 use super::{PlatformRotation, RotationSpell, RotationWitness};
+use crate::machine::of_tests::rigid_with;
 use crate::machine::{LogFacts, Machine, MachineSpec};
 use crate::state::{JointStream, Sample, Sensor, Sensors};
 
@@ -21,15 +22,11 @@ fn machine() -> Machine {
 
 /// The machine on tyres of this stiffness (N/m).
 fn on_tyres(stiffness: &str) -> Machine {
-    let toml = include_str!("../../../tests/data/rigid.toml");
-    let stated = toml.replace(
-        "tyre_stiffness = 8.0e5",
-        &format!("tyre_stiffness = {stiffness}"),
-    );
-    let spec = MachineSpec::from_toml(&stated, "rigid.toml");
-    let urdf = include_str!("../../../tests/data/rigid.urdf");
-    let facts = LogFacts::default();
-    spec.unwrap().check(urdf, "rigid.urdf", facts).unwrap()
+    let stated = format!("tyre_stiffness = {stiffness}");
+    rigid_with(
+        |file| file.replace("tyre_stiffness = 8.0e5", &stated),
+        str::to_owned,
+    )
 }
 
 /// Roll to the right, pitch (nose down) and heading of the platform (rad), its speed (m/s), and its acceleration beyond

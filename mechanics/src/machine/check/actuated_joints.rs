@@ -2,7 +2,7 @@
 
 use super::checker::Checker;
 use crate::machine::{
-    ActuatedJoint, ForceSource, Linkage, MAX_WHEELS, MachineError, TorqueJoint, Wheel,
+    ActuatedJoint, ForceSource, Linkage, LinkageSpec, MAX_WHEELS, MachineError, TorqueJoint, Wheel,
 };
 
 /// Default standard deviation of the traction from its proportional share.
@@ -50,15 +50,7 @@ impl Checker<'_> {
                     format!("\"{}\"", spec.pivot),
                 ));
             }
-            for (key, value) in [
-                ("force_sigma", spec.force_sigma),
-                ("friction_share", spec.friction_share),
-            ] {
-                if !(value.is_finite() && value >= 0.0) {
-                    let place = format!("linkage.{}.{key}", spec.name);
-                    return Err(self.value_error(place, "a number that is not negative", value));
-                }
-            }
+            self.check_force_errors(spec)?;
             joints.push(ActuatedJoint {
                 source: ForceSource::Linkage(index),
                 steps,
@@ -75,6 +67,20 @@ impl Checker<'_> {
             return Err(self.value_error("linkage", expected, joints.len()));
         }
         Ok(joints)
+    }
+
+    /// Checks the stated errors of a linkage's force.
+    pub(super) fn check_force_errors(&self, spec: &LinkageSpec) -> Result<(), MachineError> {
+        for (key, value) in [
+            ("force_sigma", spec.force_sigma),
+            ("friction_share", spec.friction_share),
+        ] {
+            if !(value.is_finite() && value >= 0.0) {
+                let place = format!("linkage.{}.{key}", spec.name);
+                return Err(self.value_error(place, "a number that is not negative", value));
+            }
+        }
+        Ok(())
     }
 
     pub(super) fn traction_share(&self) -> Result<f64, MachineError> {

@@ -1,16 +1,26 @@
 //! The measured forces by which nothing is computed.
 
 use super::checker::Checker;
-use crate::machine::{ActuatedJoint, ArmForce, ForceSignal, Machine};
+use crate::machine::{ActuatedJoint, ArmForce, ForceSignal, Machine, MachineError};
 
 impl Checker<'_> {
     /// Adds the bound forces of linkages by which nothing is computed, and their signals, both in the order of the linkages.
-    pub(super) fn add_arm_forces(&self, machine: &mut Machine) {
+    pub(super) fn add_arm_forces(&self, machine: &mut Machine) -> Result<(), MachineError> {
         for (linkage, spec) in self.spec.linkage.iter().enumerate() {
+            if let Some([least, greatest]) = spec.rests_within
+                && !(least < greatest && (greatest - least).is_finite())
+            {
+                return Err(self.value_error(
+                    format!("linkage.{}.rests_within", spec.name),
+                    "two positions, the smaller one first",
+                    format!("[{least}, {greatest}]"),
+                ));
+            }
             let fields = self.spec.signals_of(spec);
             if fields.is_empty() || !leaves_results(machine, linkage) {
                 continue;
             }
+            self.check_force_errors(spec)?;
             let first = machine.force_signals.len();
             let coefficients = ActuatedJoint::bound_signals(self.spec, spec);
             machine.arm_forces.push(ArmForce {
@@ -18,6 +28,7 @@ impl Checker<'_> {
                 signals: (first..).zip(coefficients).collect(),
                 force_sigma: spec.force_sigma,
                 friction_share: spec.friction_share,
+                rests_within: spec.rests_within,
             });
             let signals = fields.into_iter().enumerate();
             (machine.force_signals).extend(signals.map(|(signal, field)| ForceSignal {
@@ -26,6 +37,7 @@ impl Checker<'_> {
                 field: field.clone(),
             }));
         }
+        Ok(())
     }
 }
 

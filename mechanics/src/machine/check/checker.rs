@@ -176,7 +176,7 @@ impl Checker<'_> {
         let weight = machine.mass() * machine.gravity;
         machine.joint_commands = self.joint_commands(&machine.joints);
         self.add_payload_signals(&mut machine)?;
-        self.add_arm_forces(&mut machine);
+        self.add_arm_forces(&mut machine)?;
         machine.load_sensors = self.load_sensors(&machine.supports, weight)?;
         self.check_against_machine(&machine)?;
         self.add_doubts(&mut machine)?;

@@ -51,11 +51,11 @@ impl MachineSpec {
         let Some([least, greatest]) = joint.limits else {
             return Ok(());
         };
-        let plausibility = &self.plausibility;
+        let margin = self.plausibility.margin_of(joint.slides);
         // the unit, and the one for which it is likely mistaken
-        let (unit, margin, of_other) = match joint.slides {
-            true => ("m", plausibility.joint_margin_linear, 1e-3),
-            false => ("rad", plausibility.joint_margin, 1_f64.to_radians()),
+        let (unit, of_other) = match joint.slides {
+            true => ("m", 1e-3),
+            false => ("rad", 1_f64.to_radians()),
         };
         let is_within = |position: f64| (least - margin..=greatest + margin).contains(&position);
         if is_within(position) {

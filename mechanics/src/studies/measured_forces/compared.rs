@@ -25,22 +25,28 @@ pub struct Compared {
 
 impl Compared {
     /// Compares the measured force of an actuator (N) with the computed one, of which `by_masses` is the standard deviation due to masses
-    /// and centres of mass.
+    /// and centres of mass. `position` is that of the measured joint (rad or m). `None` where the arm may lie on its rest, as the machine
+    /// file says: there the actuator carries less than is required, or pulls the arm down.
     #[must_use]
     pub fn of_force(
         time_ns: i64,
         force: &ArmForce,
+        position: f64,
         measured: f64,
         computed: f64,
         by_masses: f64,
-    ) -> Self {
+    ) -> Option<Self> {
         let friction = force.friction_share * measured.abs().max(computed.abs());
-        Self {
+        let row = Self {
             time_ns,
             measured,
             computed,
             limit: MOST_SIGMAS * force.force_sigma.hypot(friction).hypot(by_masses),
-        }
+        };
+        let may_rest = (force.rests_within)
+            .is_some_and(|[least, greatest]| (least..=greatest).contains(&position));
+        let is_relieved = row.residual() * computed < 0.0;
+        (!may_rest || !is_relieved).then_some(row)
     }
 
     /// Measured minus computed.
@@ -85,14 +91,14 @@ pub fn required_force(
     force.is_finite().then_some(force)
 }
 
+/// The position of a linkage's measured joint (rad or m).
+#[must_use]
+pub fn measured_position(machine: &Machine, state: &State<f64>, linkage: usize) -> f64 {
+    state.joints[machine.linkages()[linkage].measured_joint].position
+}
+
 fn is_at_stop(machine: &Machine, state: &State<f64>, linkage: usize) -> bool {
-    let joint = machine.linkages()[linkage].measured_joint;
-    let spec = machine.plausibility();
-    let margin = match machine.joint_slides(joint) {
-        true => spec.joint_margin_linear,
-        false => spec.joint_margin,
-    };
-    let position = state.joints[joint].position;
-    let limits = machine.joints()[joint].limits;
-    limits.is_some_and(|[least, most]| position < least + margin || position > most - margin)
+    let position = measured_position(machine, state, linkage);
+    let [least, greatest] = machine.joint_stops(machine.linkages()[linkage].measured_joint);
+    position < least || position > greatest
 }

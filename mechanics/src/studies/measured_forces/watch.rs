@@ -1,6 +1,6 @@
 //! Contradictions between measured and required forces, by the rows so far.
 
-use super::compared::{Compared, MOST_SIGMAS, required_force};
+use super::compared::{Compared, MOST_SIGMAS, measured_position, required_force};
 use super::standstill::Standstill;
 use crate::estimation::Estimate;
 use crate::evaluate::scope::Scope;
@@ -95,8 +95,11 @@ impl ForceWatch {
                 if measured.is_finite() {
                     let by_masses = sigma.sigma();
                     let force = &watched.force;
-                    let row = Compared::of_force(time_ns, force, measured, computed, by_masses);
-                    watched.take(row);
+                    let at = measured_position(machine, state, force.linkage);
+                    let row = Compared::of_force(time_ns, force, at, measured, computed, by_masses);
+                    if let Some(row) = row {
+                        watched.take(row);
+                    }
                 }
             }
             let bit = 1_u32 << index.min(31);

@@ -14,7 +14,7 @@ use tipwatch_mechanics::dynamics::composite::{Composite, Field};
 use tipwatch_mechanics::dynamics::kinematics::BodyMotion;
 use tipwatch_mechanics::dynamics::newton_euler;
 use tipwatch_mechanics::geometry::coordinate::Coordinate;
-use tipwatch_mechanics::geometry::spatial::{Wrench, compose, cross, rotate_constant};
+use tipwatch_mechanics::geometry::spatial::{Wrench, compose, cross, matrix, rotate_constant};
 use tipwatch_mechanics::machine::{Machine, MassMoments};
 use tipwatch_mechanics::number::Real;
 use tipwatch_mechanics::state::State;
@@ -229,23 +229,12 @@ impl Carried {
         let (r, o) = (&pose.rotation, &pose.origin);
         let momentum = rotate_constant(r, &self.momentum);
         let half = compose(r, &self.swept);
-        let at = |i: usize, j: usize| {
+        let swept = matrix(|i, j| {
             half[(i, 0)] * r[(j, 0)]
                 + half[(i, 1)] * r[(j, 1)]
                 + half[(i, 2)] * r[(j, 2)]
                 + o[i] * momentum[j]
-        };
-        let swept = Matrix3::new(
-            at(0, 0),
-            at(0, 1),
-            at(0, 2),
-            at(1, 0),
-            at(1, 1),
-            at(1, 2),
-            at(2, 0),
-            at(2, 1),
-            at(2, 2),
-        );
+        });
         (momentum, swept)
     }
 

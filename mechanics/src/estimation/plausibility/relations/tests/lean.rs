@@ -8,7 +8,7 @@ use super::super::super::notice::Rules;
 use super::super::Relations;
 use super::super::lean::LeanRelation;
 use super::super::lean_model::LeanModel;
-use super::{checked, joint, posture, steered};
+use super::{checked, joint, posture, rigid_with, steered};
 use crate::machine::{Machine, Proof};
 use crate::state::Sensors;
 
@@ -169,9 +169,7 @@ fn a_platform_that_stood_from_the_first_sample_on_does_not_rock() {
 fn a_slew_is_tested_under_payloads_for_a_time() {
     let payloads = "[[payload]]\nlink = \"base_link\"\nmass = 3000.0\nto = 99.0\n\
                     [[payload]]\nlink = \"tool\"\nmass = 500.0\nto = 99.0\n";
-    let spec = include_str!("../../../../../tests/data/rigid.toml");
-    let urdf = include_str!("../../../../../tests/data/rigid.urdf");
-    let machine = checked(&format!("{spec}\n{payloads}"), urdf);
+    let machine = rigid_with(|file| format!("{file}\n{payloads}"), str::to_owned);
     let after = |sign: f64| {
         let shown = weighed(&machine, 0.0, 4, turns(1.2, 1.7, 0.9), [sign, 0.0]);
         reversed(&machine, &shown)

@@ -3,7 +3,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::super::lean_model::{Footing, LeanModel};
-use super::{bogies, checked, joint, posture, steered};
+use super::{bogies, checked, joint, posture, rigid_with, steered};
 use crate::evaluate::evaluation::evaluate;
 use crate::evaluate::scope::Scope;
 use crate::machine::Machine;
@@ -187,10 +187,10 @@ fn reaction_of_an_accelerating_arm_leans_the_platform() {
 #[test]
 fn tyres_carry_what_comes_and_goes_wherever_the_origin_is() {
     let payload = "[[payload]]\nlink = \"base_link\"\nmass = 1500.0\ncom = [-0.1, 0.2, 0.3]\nfrom = 2.0\nto = 9.0\n";
-    let spec = include_str!("../../../../../tests/data/rigid.toml");
-    let urdf = include_str!("../../../../../tests/data/rigid.urdf");
-    let urdf = (urdf.replace("'1.15 ", "'1.65 ")).replace("'-1.15 ", "'-0.65 ");
-    let machine = checked(&format!("{spec}\n{payload}"), &urdf);
+    let machine = rigid_with(
+        |file| format!("{file}\n{payload}"),
+        |urdf| (urdf.replace("'1.15 ", "'1.65 ")).replace("'-1.15 ", "'-0.65 "),
+    );
     let positions = posture(&machine, 1.2);
     let mut model = LeanModel::new(&machine).unwrap();
     set_posture(&mut model, &positions);

@@ -7,15 +7,8 @@ mod lean_model;
 mod motion;
 mod rolling;
 
-use crate::machine::{LogFacts, Machine, MachineSpec};
-
-/// A machine whose front wheels are steered, on tyres of known stiffness.
-fn steered() -> Machine {
-    checked(
-        include_str!("../../../../../tests/data/rigid.toml"),
-        include_str!("../../../../../tests/data/rigid.urdf"),
-    )
-}
+use crate::machine::Machine;
+use crate::machine::of_tests::{checked, rigid as steered, rigid_with};
 
 /// A machine on two actuated bogies, without steering.
 fn bogies() -> Machine {
@@ -23,12 +16,6 @@ fn bogies() -> Machine {
         include_str!("../../../../../tests/data/bogie.toml"),
         include_str!("../../../../../tests/data/bogie.urdf"),
     )
-}
-
-fn checked(spec: &str, urdf: &str) -> Machine {
-    let spec = MachineSpec::from_toml(spec, "machine.toml").unwrap();
-    spec.check(urdf, "machine.urdf", LogFacts::default())
-        .unwrap()
 }
 
 /// Index of a joint.

@@ -10,8 +10,7 @@ use polars::prelude::{
     UInt32Chunked, UInt64Chunked,
 };
 
-use crate::base::shared::Shared;
-use crate::events::EventKind;
+use super::shared::Shared;
 
 /// A column as its record declares it.
 #[derive(Debug, Clone, Copy)]
@@ -193,15 +192,6 @@ impl Field for Option<&str> {
     }
 }
 
-impl Field for EventKind {
-    const TYPE: &'static str = "str";
-
-    fn column<'a>(name: &str, values: impl ExactSizeIterator<Item = &'a Self>) -> Column {
-        let names = values.map(|kind| kind.name());
-        StringChunked::from_iter_values(name.into(), names).into_column()
-    }
-}
-
 impl Field for Option<Day> {
     const TYPE: &'static str = "date";
 
@@ -261,12 +251,12 @@ macro_rules! record {
             $($(#[doc = $meaning])+ $visible $field: $type,)+
         }
 
-        impl $crate::tables::frame::Record for $name {
-            fn columns() -> Vec<$crate::tables::frame::ColumnInfo> {
-                vec![$($crate::tables::frame::ColumnInfo {
+        impl $crate::base::frame::Record for $name {
+            fn columns() -> Vec<$crate::base::frame::ColumnInfo> {
+                vec![$($crate::base::frame::ColumnInfo {
                     name: stringify!($field),
-                    unit: $crate::tables::frame::record!(@unit $($unit)?),
-                    type_name: <$type as $crate::tables::frame::Field>::TYPE,
+                    unit: $crate::base::frame::record!(@unit $($unit)?),
+                    type_name: <$type as $crate::base::frame::Field>::TYPE,
                     meaning: &[$($meaning),+],
                 },)+]
             }
@@ -274,7 +264,7 @@ macro_rules! record {
             fn frame<'a>(
                 records: impl ExactSizeIterator<Item = &'a Self> + Clone,
             ) -> polars::prelude::PolarsResult<polars::prelude::DataFrame> {
-                let columns = vec![$(<$type as $crate::tables::frame::Field>::column(
+                let columns = vec![$(<$type as $crate::base::frame::Field>::column(
                     stringify!($field),
                     records.clone().map(|record| &record.$field),
                 ),)+];
@@ -285,7 +275,7 @@ macro_rules! record {
     ($(#[$about:meta])* $visible:vis struct $name:ident of $arguments:tt { $($statements:tt)* } {
         $($(#[doc = $meaning:literal])+ $field:ident: $type:ty $([$unit:literal])? = $value:expr,)+
     }) => {
-        $crate::tables::frame::record! {
+        $crate::base::frame::record! {
             $(#[$about])* $visible struct $name {
                 $($(#[doc = $meaning])+ $field: $type $([$unit])?,)+
             }
